@@ -122,7 +122,12 @@ def _instants(run: RunResult) -> Iterator[RunFiles]:
 
 def _texts(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
-    columns_of = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film}
+    columns_of = {
+        "loads.csv": run.forces,
+        "contact.csv": run.contact,
+        "film.csv": run.film,
+        "duty_log.csv": run.log,
+    }
     for name, columns in columns_of.items():
         if columns is not None:
             yield _one(name, partial(write_columns, columns=columns))

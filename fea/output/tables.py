@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import Summary
+from fea.analysis.figures import DutyFigures, LifeFigures, Summary
 from fea.base.checks import TITLES
 from fea.base.units import KN, UM
 from fea.judge.verdict import ConvergenceVerdict
@@ -334,6 +334,13 @@ def endurance_tables(summary: Summary) -> Iterator[AnswerTable]:
         yield AnswerTable.of(caption, "part, region", _ENDURANCE, rows)
 
 
+def duty_entry(life: LifeFigures, entry: DutyFigures) -> str:
+    """Return the speed of an entry of a duty, with its gas or its load."""
+    unit = "bar" if life.log is not None and life.log.load == "boost" else "%"
+    load = "" if life.log is None or entry.load is None else f", {life.log.load} {entry.load:.3g} {unit}"
+    return f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}{load}"
+
+
 def life_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield what each entry of a duty does to the rod at the place that fails first."""
     if (life := summary.life) is None:
@@ -346,7 +353,7 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
         "the largest range of each cycle"
     )
     ordered = sorted(life.duty, key=lambda entry: -(entry.damage_percent or 0.0))
-    rows = [(f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}", entry) for entry in ordered]
+    rows = [(duty_entry(life, entry), entry) for entry in ordered]
     yield AnswerTable.of(caption, "speed", _DUTY, rows)
 
 

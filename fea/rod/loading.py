@@ -1,16 +1,17 @@
 """What loads the rod, and its load cases at one speed."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from fea.base.note import TRACE, Note, assumption, doubt, omission, warning
-from fea.base.units import RPM
+from fea.base.units import BAR, RPM
+from fea.study.duty_log import LogColumn
 from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.speed_tables import DutyTable
-from geometry.errors import InvalidValue
+from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
-from loads.gas import GasModel
+from loads.gas import GasModel, scaled
 from loads.instants import Instants, given
 from loads.trace import absorbed
 
@@ -107,6 +108,10 @@ class GivenForces:
 Loading = EngineLoading | GivenForces
 
 
+# Absolute pressure in the intake behind a closed throttle, bar.
+CLOSED_THROTTLE = 0.3
+
+
 @dataclass(frozen=True)
 class DutyLoads:
     """A duty and its loads."""
@@ -116,8 +121,34 @@ class DutyLoads:
 
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
-        """Read the gas of every entry, else the engine's. Raises `InvalidValue`: a missing key or file."""
-        if table.gas is None:
-            return cls(table, (loading,) * len(table.rpm))
-        of_gas = {gas: loading.with_gas(gas) for gas in table.gas}
-        return cls(table, tuple(of_gas[gas] for gas in table.gas))
+        """Read the gas of every entry, else the engine's; of a log, at the charge of its load.
+
+        Raises `InvalidValue`: a missing key or file, or boost beside a trace whose own is not known.
+        """
+        entries = table.entries
+        of_gas = {
+            entry.gas: loading if entry.gas is None else loading.with_gas(entry.gas) for entry in entries
+        }
+        if table.read is None:
+            return cls(table, tuple(of_gas[entry.gas] for entry in entries))
+        charges = [charge(table.read.kind, entry.load, loading.table) for entry in entries]
+        gases = {each: scaled(loading.gas, each) for each in charges}
+        return cls(table, tuple(replace(loading, gas=gases[each]) for each in charges))
+
+
+def charge(kind: LogColumn | None, load: float | None, table: EngineTable) -> float:
+    """Return the charge at a load of a log, as a multiple of the study's; 1 where it has no load.
+
+    In proportion to load or throttle, in percent, from that behind a closed throttle on; of boost, bar gauge,
+    by the absolute pressures. Raises `InvalidValue`: boost beside a trace whose own is not known.
+    """
+    if kind is None or load is None:
+        return 1.0
+    closed = min(CLOSED_THROTTLE * BAR / table.intake, 1.0)
+    if kind is not LogColumn.BOOST:
+        part = load / 100
+        return float(f"{max(part, closed) if kind is LogColumn.LOAD else closed + (1 - closed) * part:.4g}")
+    known = not table.given_file or table.boost_bar is not None or table.intake_pressure_bar is not None
+    rule = "gives boost, but that of the pressure trace is not known"
+    require(known, "duty.log", f"boost {load:g} bar", rule, "Give engine.boost_bar, of the trace.")
+    return float(f"{max((table.atmosphere + load * BAR) / table.intake, closed):.4g}")

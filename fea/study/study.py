@@ -102,9 +102,11 @@ class Study:
             self.forces.pin()
 
     def _require_cycle(self, duty: DutyTable) -> None:
-        SpeedTable(duty.speeds).speeds()
+        if duty.rpm is not None:
+            SpeedTable(duty.speeds).speeds()
         rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
-        require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
+        name, value = ("duty.log", duty.log) if duty.rpm is None else ("duty.rpm", list(duty.rpm))
+        require(self.forces is None, name, value, rule, remedy)
         rule = "cannot be switched off with [duty], whose life is that of crank cycles"
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
@@ -151,8 +153,10 @@ class Study:
         """Refuse a study in which nothing loads the rod, or nothing balances the load.
 
         Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
-        balances.
+        balances, or the log of a duty cannot be read.
         """
+        if self.duty is not None:
+            _ = self.duty.entries  # a log is read before anything is meshed
         if self.forces is None:
             self.require_engine()
         elif self.analysis.support is not choices.Support.CLAMPED:
@@ -231,7 +235,7 @@ class Study:
     def engine_speeds(self, engine: EngineTable) -> tuple[float, ...]:
         """Return the speeds, rpm: of [speed], or of [duty], or the redline of a library's engine, or 6000."""
         if self.speed.rpm is None and self.duty is not None:
-            return SpeedTable(self.duty.speeds).speeds()
+            return SpeedTable(self.duty.run_speeds).speeds()
         preset = engine.library()
         return self.speed.speeds(DEFAULT_RPM if preset is None else preset.redline_rpm)
 
