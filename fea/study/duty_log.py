@@ -50,8 +50,8 @@ _UNIT = re.compile(  # in brackets, or behind a blank or an underscore
     re.IGNORECASE,
 )
 _MOST_PERCENT, _FRACTION = 300.0, 1.5
-# Where cells of speed end, as parts of the highest: the contact over the cycle of each takes seconds. Number of
-# those of load; powers by which the samples of a cell are averaged; vacuum, bar gauge.
+# Where cells of speed end, as parts of the highest: the contact over the cycle of each takes seconds. Number
+# of those of load; powers by which the samples of a cell are averaged; vacuum, bar gauge.
 _SPEEDS, _LOADS = np.array([0.25, 0.5, *np.arange(7, 12) / 12]), 3
 _POWERS, _VACUUM = (16.0, 8.0), -1.01325
 _STANDS = 50.0  # rpm, below which the engine does not turn

@@ -126,7 +126,8 @@ def log_chart(heading: tuple[str, str, str], times: Floats, values: Floats) -> C
     step = round_up(span / _STEPS)
     labels = np.arange(np.ceil(times[0] / step), np.floor(times[-1] / step) + 1) * step
     places = tuple((across(720 * (at - times[0]) / span), f"{at:g} s") for at in labels.tolist())
-    return replace(drawn, times=places, series=(), description=drawn.description.replace("°", ""))
+    most = f"up to {values.max():.4g} {drawn.unit} at {times[values.argmax()]:.4g} s"
+    return replace(drawn, times=places, series=(), description=most)
 
 
 def across(degrees: float, last: int = 720) -> float:
