@@ -336,8 +336,6 @@ class LogFigures(Figures):
 
     file: str
     load: WhereKnown[str] = None  #: which column gives it
-    samples: int
-    sample_s: float  #: usual time between samples
     hours: float  #: in which the engine turns
     between_cycles: float  #: from one speed or load to another, in one run through the log
     between_percent: float | None  #: their share of the damage
@@ -370,6 +368,23 @@ class LifeFigures(Figures):
     knee_cycles: float  #: where the S–N line bends
     endurance_MPa: float  #: at the worst place
     fatigue_criterion: str
+
+
+class GaugeCaseFigures(Figures):
+    """Strain of a gauge in a load case."""
+
+    strain_um_m: float
+    error_um_m: float  #: of the mesh
+    measured_um_m: WhereKnown[float] = None
+
+
+class GaugeFigures(Figures):
+    """An entry of ``gauges``: a strain gauge."""
+
+    name: str
+    at_mm: Vector  #: on the surface
+    cases: Mapping[str, GaugeCaseFigures]
+    history_um_m: WhereKnown[tuple[float, ...]] = None  #: over the crank cycle, at every degree
 
 
 class PlaneFigures(Figures):
@@ -665,6 +680,7 @@ class Summary(Figures):
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
+    gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

@@ -12,7 +12,6 @@ speed and a low one close (starts and stops, rainflow of the log as a repeated h
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -214,58 +213,39 @@ def _counted(
     # All histories together, as the stress of a place has one sign over the whole duty.
     (spot,) = spots([(node, number)], analysis.units, joined(*(weights for weights, _ in entries)), whole)
     ends = np.cumsum([weights.even.shape[1] for weights, _ in entries])
-    histories = np.split(spot.signed, ends[:-1])
-    cycles = [
-        _Cycles.of(signed, rate, index)
-        for index, (signed, (_, rate)) in enumerate(zip(histories, entries, strict=True))
-    ]
-    if log is not None:
-        cycles = [
-            own.without_ends(log.cells[own.entry[0]].visits / log.hours) if len(own.entry) else own
-            for own in cycles
-        ]
-        cycles.append(_between(histories, log))
-    mean, amplitude, rate, entry, between = map(np.concatenate, zip(*cycles, strict=True))
-    reversed_ = reversed_amplitude(analysis.fatigue, mean, amplitude, material)
-    return WorstLife(node, number, line, reversed_, rate, entry, between)
+    rates = [rate for _, rate in entries]
+    mean, amplitude, *counted = every_cycle(np.split(spot.signed, ends[:-1]), rates, log)
+    return WorstLife(
+        node, number, line, reversed_amplitude(analysis.fatigue, mean, amplitude, material), *counted
+    )
 
 
-class _Cycles(NamedTuple):
-    """Cycles of signed stress at a place, (n,) each; see `WorstLife`."""
+def every_cycle(
+    histories: Sequence[Floats], rates: Sequence[float], log: DutyLog | None = None
+) -> tuple[Floats, Floats, Floats, Ints, Mask]:
+    """Means, amplitudes, rates, entries and `between` (n_cycles,) of the cycles of histories, as `WorstLife`.
 
-    mean: Floats
-    amplitude: Floats
-    rate: Floats
-    entry: Ints
-    between: Mask
-
-    @classmethod
-    def of(cls, signed: Floats, rate: float, entry: int) -> "_Cycles":
-        """Return the cycles of a periodic history, so many periods an hour."""
+    Each history is a period, of which there are so many an hour. Of a log, the ends of its stays are counted
+    by themselves, and equal cycles between them together.
+    """
+    found = []
+    for number, (signed, rate) in enumerate(zip(histories, rates, strict=True)):
         mean, amplitude = rainflow(signed)
-        count = len(mean)
-        return cls(mean, amplitude, np.full(count, rate), np.full(count, entry), np.zeros(count, dtype=bool))
-
-    def without_ends(self, visits: float) -> "_Cycles":
-        """Return the cycles, of which the largest is as often less as there are visits, an hour."""
-        rate = self.rate.copy()
-        largest = int(self.amplitude.argmax())
-        rate[largest] = max(rate[largest] - visits, 0.0)
-        return self._replace(rate=rate)
-
-
-def _between(histories: Sequence[Floats], log: DutyLog) -> _Cycles:
-    """Cycles between the highest and lowest stresses of the stays of a log, equal ones together."""
-    stays = log.visited
-    ends = np.array([[signed.max(), signed.min()] for signed in histories])
-    pair = np.stack(cycle_ends(ends[stays].ravel()))
-    value, cell = ends[stays].ravel()[pair], stays[pair // 2]
-    order = value.argsort(axis=0)
-    low, high = np.take_along_axis(cell, order, axis=0)
-    _, first, times = np.unique(low * len(ends) + high, return_index=True, return_counts=True)
-    stress = np.sort(value, axis=0)[:, first]
-    low, high = low[first], high[first]
-    return _Cycles(stress.mean(axis=0), np.ptp(stress, axis=0) / 2, times / log.hours, high, low != high)
+        each = np.full(len(mean), rate)
+        if log is not None and len(mean):
+            each[amplitude.argmax()] = max(rate - log.cells[number].visits / log.hours, 0.0)
+        found.append((mean, amplitude, each, np.full(len(mean), number), np.zeros(len(mean), dtype=bool)))
+    if log is not None:
+        stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
+        pairs = np.stack(cycle_ends(stress))
+        pairs = np.take_along_axis(pairs, stress[pairs].argsort(axis=0), axis=0)
+        cells = log.visited[pairs // 2]
+        code = cells[0] * len(histories) + cells[1]
+        _, first, times = np.unique(code, return_index=True, return_counts=True)
+        (low, high), (least, most) = cells[:, first], stress[pairs[:, first]]
+        found.append(((least + most) / 2, (most - least) / 2, times / log.hours, high, low != high))
+    mean, amplitude, rate, entry, between = map(np.concatenate, zip(*found, strict=True))
+    return mean, amplitude, rate, entry, between
 
 
 def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> LifeFigures:
@@ -314,8 +294,6 @@ def _of_log(log: DutyLog, worst: WorstLife, life: LifeFigures, along: Mapping[st
     return LogFigures(
         file=log.source,
         load=None if log.kind is None else log.kind.value,
-        samples=len(log.time),
-        sample_s=log.interval,
         hours=log.hours,
         between_cycles=float(worst.rate[worst.between].sum() * log.hours),
         between_percent=100 * float(damage[worst.between].sum()) / total if total else None,

@@ -357,6 +357,30 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
     yield AnswerTable.of(caption, "speed", _DUTY, rows)
 
 
+_GAUGES = (
+    TableColumn("strain", "µm/m", "strain_um_m", ".0f"),
+    TableColumn("± of the mesh", "µm/m", "error_um_m", ".0f"),
+    TableColumn("measured", "µm/m", "measured_um_m", ".0f"),
+    TableColumn("computed less measured", "%", "more_percent", ".1f"),
+)
+
+
+def gauge_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the strain of each gauge in each load case, beside what was measured, and over the cycle."""
+    rows: list[tuple[str, Any]] = []
+    for gauge in summary.gauges or ():
+        for case, one in gauge.cases.items():
+            measured = one.measured_um_m
+            more = 100 * (one.strain_um_m / measured - 1) if measured else None
+            rows.append((f"{gauge.name}, {case}", SimpleNamespace(**vars(one), more_percent=more)))
+        every = gauge.history_um_m or ()
+        for what, strain in (("highest", max(every)), ("lowest", min(every))) if every else ():
+            row = SimpleNamespace(strain_um_m=strain, error_um_m=None, measured_um_m=None, more_percent=None)
+            rows.append((f"{gauge.name}, {what} of the cycle", row))
+    if rows:
+        yield AnswerTable.of("Strain gauges: mean strain along the grid", "gauge", _GAUGES, rows)
+
+
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 _FORMULAS = ("Euler", "Johnson", "Rankine")
 _PLANES = (

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -93,7 +93,7 @@ class DutyLog:
         """Usual time between samples, s."""
         return float(np.median(self.step))
 
-    @property
+    @cached_property
     def visited(self) -> Ints:
         """Cells in the order in which the engine came to them."""
         return _stays(self.cell)

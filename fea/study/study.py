@@ -16,6 +16,7 @@ from fea.study.engine_library import engine_preset
 from fea.study.engine_table import EngineTable, with_preset
 from fea.study.files import beside, is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
+from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
     PINS,
@@ -38,6 +39,7 @@ from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
 
 DEFAULT_STUDY = "leon-2001"
+GAUGE = GaugeTable.TABLE
 
 
 # Where a study says nothing of the material.
@@ -66,6 +68,7 @@ class Study:
     assembly: AssemblyTable | None = None
     optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
+    gauge: tuple[GaugeTable, ...] = ()
     folder: Path = field(default_factory=Path.cwd)  #: where relative paths in the study start
 
     def __post_init__(self) -> None:
@@ -341,7 +344,7 @@ class Study:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             if name not in tables and used.get(name, True) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
-        return tables
+        return tables | ({GAUGE: [entries_of(each) for each in self.gauge]} if self.gauge else {})
 
     @property
     def in_contact(self) -> bool:
@@ -397,8 +400,8 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
 def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     """Return a study from the tables of its file; errors as `parse_study`."""
     for key in raw:
-        if key not in TABLES:
-            raise unknown_key(f"{name}.toml:", key, TABLES)
+        if key not in (*TABLES, GAUGE):
+            raise unknown_key(f"{name}.toml:", key, (*TABLES, GAUGE))
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
@@ -410,7 +413,8 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     for key in ("engine", "duty"):
         if key in tables:
             tables[key] = tables[key].located(folder)
-    return Study(name, rod, part_material=part_material, folder=folder, **tables)
+    gauges = read_gauges(raw.get(GAUGE, []))
+    return Study(name, rod, part_material=part_material, gauge=gauges, folder=folder, **tables)
 
 
 def with_own_units(raw: Mapping[str, Any]) -> TomlTable:

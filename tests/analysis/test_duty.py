@@ -7,7 +7,7 @@ import pytest
 from studies import PLAIN
 
 from fea.analysis import pipeline
-from fea.analysis.life import COUNTED, _between, _Cycles
+from fea.analysis.life import COUNTED, every_cycle
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
@@ -268,11 +268,8 @@ def test_stays_and_the_cycles_between_them_are_those_of_the_whole_history(tmp_pa
     ]
     whole = np.concatenate([np.tile(histories[cell], periods) for cell in log.cell])
     rates = [3600 * periods * cell.hours / log.hours for cell in log.cells]
-    parts = [
-        _Cycles.of(signed, rate, cell).without_ends(log.cells[cell].visits / log.hours)
-        for cell, (signed, rate) in enumerate(zip(histories, rates, strict=True))
-    ]
-    mean, amplitude, rate, *_ = map(np.concatenate, zip(*parts, _between(histories, log), strict=True))
+    mean, amplitude, rate, _, between = every_cycle(histories, rates, log)
+    assert between.any()
     expected = rainflow(whole)
     hours = len(whole) / 4 / periods / 3600
     for own in (0.0, 1.0, 8.0):

@@ -52,6 +52,8 @@ _GIVEN, _DEFAULT = "the study", "the program's default"
 def input_tables(study: Study) -> Iterator[AnswerTable]:
     """Yield all inputs of a study, but those that say where results are written, and where they come from."""
     for name, values in study.as_dict().items():
+        if isinstance(values, list):  # gauges have a table of their own
+            continue
         nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if key not in nested}
         title = _TITLES.get(name, name.replace("_", " ").capitalize())
@@ -154,6 +156,7 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield from _answer(summary, "loads", "Loads", loads, text=angles, charts=charts, open_tables=open_tables)
     yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
     yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
+    yield from _answer(summary, "gauges", "Strain gauges", tables.gauge_tables(summary))
     if (cycle := summary.cycle) is not None:
         at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
         least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
