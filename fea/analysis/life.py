@@ -5,9 +5,8 @@ by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the
 revolutions of a four-stroke cycle count alike. So every range of the histories is counted at the nodes of
 the largest damage, and the worst of those is the rod's.
 
-A log also has the order of the speeds. Of each stay at a speed and load, one cycle is that from its highest
-to its lowest stress; these ends, stay by stay, are a history of their own, in which cycles between a high
-speed and a low one close (starts and stops, rainflow of the log as a repeated history).
+A log has the order of the speeds too. Of each stay at a speed and load, one cycle of the crank is taken out:
+the highest and lowest stresses of all stays are a history of their own, with cycles between speeds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,9 +39,9 @@ _OF_ASSUMED = "strengths a standard deviation of such estimates below and above 
 COUNTED, LEAST = 16, 0.2
 # Ranges of at least this part of the largest are made exact: smaller ones hardly damage.
 _EXACT = 0.7
-# Palmgren and Miner's sum at failure under the varying amplitudes of a log, beside 1 (the value of the FKM
-# guideline for steel; from memory).
-CRITICAL_DAMAGE = 0.3
+CRITICAL_DAMAGE = (
+    0.3  # Miner's sum at failure under varying amplitudes, beside 1 (FKM guideline; from memory)
+)
 _NOT_JUDGED = -1.0
 _LIFE = "life"
 _ASSUMED_LINE = (
@@ -65,8 +64,7 @@ class Life:
     notes: tuple[Note, ...]  #: what a reader must know beside them, and what the life does not contain
     #: (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures
     damage: Floats | None = None
-    #: Columns of ``duty_log.csv``: highest speed and share of damage over the time of a log; None without one
-    log: Mapping[str, Floats] | None = None
+    log: Mapping[str, Floats] | None = None  #: columns of ``log.csv``, where the duty is a log
 
     def point_data(self) -> dict[str, Floats]:
         """Return the array of the envelope's VTU file: 0 without damage, −1 where it is not judged."""
@@ -88,9 +86,7 @@ class WorstLife:
     amplitude: Floats
     rate: Floats
     entry: Ints
-    between: (
-        Mask  #: (n_cycles,) whether a cycle ends in another cell of a log; its entry has the higher stress
-    )
+    between: Mask  #: (n_cycles,) whether a cycle begins in another cell of a log than the entry
 
     def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
         """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
@@ -114,8 +110,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
         entries.append((full, share * rpm * loading.engine.cycles_per_hour))
     spanned = _spanned(analysis, entries)
-    numbers = range(len(analysis.materials))
-    of_parts = {number: _of_part(analysis, spanned, number, log) for number in numbers}
+    of_parts = {n: _of_part(analysis, spanned, n, log) for n in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
@@ -129,12 +124,11 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         damage[image == image[place.node]] = place.damage().sum()
     worst = max(counted, key=lambda place: float(place.damage().sum()))
     figures, along = _figures(analysis, duty, worst), None
-    known: tuple[Note, ...] = (*_limits(table, worst, figures, singular=bool(analysis.masked.any())),)
+    known = list(_limits(table, worst, figures, singular=bool(analysis.masked.any())))
     if log is not None:
-        of_cells = np.bincount(worst.entry, worst.damage(), len(log.cells))
-        along = log.along(of_cells * log.hours / [cell.hours for cell in log.cells])
+        along = log.along(np.asarray(np.bincount(worst.entry, worst.damage(), len(log.cells)), np.float64))
         figures = replace(figures, log=_of_log(log, worst, figures, along))
-        known = (*log.notes(), *known)
+        known += log.notes()
     return Life(figures, (*unknown, *known, _OMISSION), damage, along)
 
 
@@ -177,8 +171,7 @@ def _of_part(
 ) -> tuple[Floats, Floats] | None:
     """Damage per hour by the largest ranges in a part, and the largest of them over the endurance limit.
 
-    Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known. Of a log, its
-    largest range counts once.
+    Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
     """
     part, units = analysis.units.parts[number], analysis.units
     material = with_line(analysis.materials[number])
@@ -214,26 +207,24 @@ def _counted(
     (spot,) = spots([(node, number)], analysis.units, joined(*(weights for weights, _ in entries)), whole)
     ends = np.cumsum([weights.even.shape[1] for weights, _ in entries])
     rates = [rate for _, rate in entries]
-    mean, amplitude, *counted = every_cycle(np.split(spot.signed, ends[:-1]), rates, log)
-    return WorstLife(
-        node, number, line, reversed_amplitude(analysis.fatigue, mean, amplitude, material), *counted
-    )
+    mean, amplitude, rate, entry, between = every_cycle(np.split(spot.signed, ends[:-1]), rates, log)
+    amplitude = reversed_amplitude(analysis.fatigue, mean, amplitude, material)
+    return WorstLife(node, number, line, amplitude, rate, entry, between)
 
 
 def every_cycle(
     histories: Sequence[Floats], rates: Sequence[float], log: DutyLog | None = None
 ) -> tuple[Floats, Floats, Floats, Ints, Mask]:
-    """Means, amplitudes, rates, entries and `between` (n_cycles,) of the cycles of histories, as `WorstLife`.
+    """Means, amplitudes, rates, entries and `between` (n_cycles,), as of `WorstLife`.
 
-    Each history is a period, of which there are so many an hour. Of a log, the ends of its stays are counted
-    by themselves, and equal cycles between them together.
+    Each history is a period, of which there are so many an hour; of a log, cycles between its stays follow.
     """
-    found = []
+    found, visits = [], np.zeros(len(rates)) if log is None else np.bincount(log.visited) / log.hours
     for number, (signed, rate) in enumerate(zip(histories, rates, strict=True)):
         mean, amplitude = rainflow(signed)
         each = np.full(len(mean), rate)
-        if log is not None and len(mean):
-            each[amplitude.argmax()] = max(rate - log.cells[number].visits / log.hours, 0.0)
+        if len(mean):
+            each[amplitude.argmax()] -= min(rate, visits[number])
         found.append((mean, amplitude, each, np.full(len(mean), number), np.zeros(len(mean), dtype=bool)))
     if log is not None:
         stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
@@ -244,8 +235,8 @@ def every_cycle(
         _, first, times = np.unique(code, return_index=True, return_counts=True)
         (low, high), (least, most) = cells[:, first], stress[pairs[:, first]]
         found.append(((least + most) / 2, (most - least) / 2, times / log.hours, high, low != high))
-    mean, amplitude, rate, entry, between = map(np.concatenate, zip(*found, strict=True))
-    return mean, amplitude, rate, entry, between
+    mean, amplitude, each, entry, between = map(np.concatenate, zip(*found, strict=True))
+    return mean, amplitude, each, np.asarray(entry, np.int64), np.asarray(between, np.bool_)
 
 
 def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> LifeFigures:

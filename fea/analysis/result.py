@@ -177,7 +177,7 @@ class RunResult:
 
     @property
     def log(self) -> Mapping[str, npt.ArrayLike] | None:
-        """The columns of ``duty_log.csv``; None where the duty is not a log."""
+        """The columns of ``log.csv``; None where the duty is not a log."""
         return None if self.life is None else self.life.log
 
     @cached_property

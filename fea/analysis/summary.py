@@ -34,7 +34,6 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
-from fea.analysis.gauges import Gauge
 from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
 from fea.analysis.pipeline import RefinedRod
@@ -56,7 +55,7 @@ from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading, Loading
 from fea.rod.places import place_name
 from fea.study.assembly_table import BUSHING
-from geometry.arrays import Floats, vector
+from geometry.arrays import vector
 from geometry.surfaces import Surface
 from loads.instants import Instants
 from mesh.generate import Repair
@@ -126,13 +125,10 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
             *_bar_notes(rod, result, governing),
         ),
     )
-    gauges = tuple(gauge.figures(cases, _history(gauge, rod, result)) for gauge in rod.gauges) or None
-    return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges)
-
-
-def _history(gauge: Gauge, rod: PreparedRod, result: SpeedResult) -> Floats | None:
     cycle = result.cycle
-    return None if cycle is None else gauge.history(rod.cycle.units, cycle.weights, rod.mesh.mirrored)
+    histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
+    gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
+    return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges or None)
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:

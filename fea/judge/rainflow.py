@@ -1,8 +1,7 @@
 """Rainflow counting of a repeated history: the cycles that close in its second period.
 
-They are those of ASTM E1049 begun at the largest peak, where no half cycles are left over. A range between
-two that are not smaller is closed, wherever it stands (the four-point rule), so that all such ranges of a
-history are taken out at once: 10⁶ values take a fraction of a second.
+They are those of ASTM E1049 begun at the largest peak. A range between two that are not smaller is closed,
+wherever it stands (the four-point rule), so that all such ranges of a history are taken out at once.
 """
 
 import numpy as np
@@ -34,5 +33,5 @@ def cycle_ends(history: Floats) -> tuple[Ints, Ints]:
 
 def rainflow(history: Floats) -> tuple[Floats, Floats]:
     """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
-    first, second = (history[ends] for ends in cycle_ends(history))
-    return (first + second) / 2, np.abs(first - second) / 2
+    ends = history[np.stack(cycle_ends(history))]
+    return ends.mean(axis=0), np.ptp(ends, axis=0) / 2

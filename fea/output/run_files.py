@@ -122,13 +122,8 @@ def _instants(run: RunResult) -> Iterator[RunFiles]:
 
 def _texts(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
-    columns_of = {
-        "loads.csv": run.forces,
-        "contact.csv": run.contact,
-        "film.csv": run.film,
-        "duty_log.csv": run.log,
-    }
-    for name, columns in columns_of.items():
+    files = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film, "log.csv": run.log}
+    for name, columns in files.items():
         if columns is not None:
             yield _one(name, partial(write_columns, columns=columns))
 
@@ -142,13 +137,10 @@ def _gauge_rows(summary: Summary) -> Iterator[tuple[object, ...]]:
     yield "gauge", "case", "crank_deg", "strain_um_m", "error_um_m", "measured_um_m"
     for gauge in summary.gauges or ():
         for case, one in gauge.cases.items():
-            angle, *strains = (
-                None if value is None else float(f"{value:.6g}")
-                for value in (summary.loads[case].crank_deg, *vars(one).values())
-            )
-            yield gauge.name, case, angle, *strains
+            values = summary.loads[case].crank_deg, *vars(one).values()
+            yield gauge.name, case, *(None if value is None else f"{value:.6g}" for value in values)
         for degree, strain in enumerate(gauge.history_um_m or ()):
-            yield gauge.name, "cycle", degree, float(f"{strain:.6g}"), None, None
+            yield gauge.name, "cycle", degree, f"{strain:.6g}", None, None
 
 
 def _films(run: RunResult) -> Iterator[RunFiles]:

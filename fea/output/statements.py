@@ -183,11 +183,10 @@ def log_lines(summary: Summary) -> Iterator[str]:
         return
     worst, between = (number(share, ".2g") for share in (log.worst_percent, log.between_percent))
     yield (
-        f"That is {number(life.duties, '.2g')} times {log.file}. {worst} % of the damage is done from "
-        f"{log.worst_from_s:.4g} to {log.worst_to_s:.4g} s of it, and {between} % by "
-        f"{log.between_cycles:.0f} cycles between one speed or load and another. If a damage of "
-        f"{log.critical_damage:g} breaks it, as by the FKM guideline under varying amplitudes (assumed), it "
-        f"lasts {_hours(log.hours_at_critical_damage)}."
+        f"That is {number(life.duties, '.2g')} times {log.file}: {worst} % of the damage from "
+        f"{log.worst_from_s:.4g} to {log.worst_to_s:.4g} s, {between} % by {log.between_cycles:.0f} cycles "
+        f"between speeds or loads. With a critical damage of {log.critical_damage:g}, FKM's for varying "
+        f"amplitudes (assumed): {_hours(log.hours_at_critical_damage)}."
     )
 
 

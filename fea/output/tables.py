@@ -334,8 +334,7 @@ def endurance_tables(summary: Summary) -> Iterator[AnswerTable]:
         yield AnswerTable.of(caption, "part, region", _ENDURANCE, rows)
 
 
-def duty_entry(life: LifeFigures, entry: DutyFigures) -> str:
-    """Return the speed of an entry of a duty, with its gas or its load."""
+def _duty_entry(life: LifeFigures, entry: DutyFigures) -> str:
     unit = "bar" if life.log is not None and life.log.load == "boost" else "%"
     load = "" if life.log is None or entry.load is None else f", {life.log.load} {entry.load:.3g} {unit}"
     return f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}{load}"
@@ -353,7 +352,7 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
         "the largest range of each cycle"
     )
     ordered = sorted(life.duty, key=lambda entry: -(entry.damage_percent or 0.0))
-    rows = [(duty_entry(life, entry), entry) for entry in ordered]
+    rows = [(_duty_entry(life, entry), entry) for entry in ordered]
     yield AnswerTable.of(caption, "speed", _DUTY, rows)
 
 

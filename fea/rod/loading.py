@@ -121,34 +121,30 @@ class DutyLoads:
 
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
-        """Read the gas of every entry, else the engine's; of a log, at the charge of its load.
-
-        Raises `InvalidValue`: a missing key or file, or boost beside a trace whose own is not known.
-        """
+        """Read the gas of every entry, else the engine's. Raises `InvalidValue`: a missing key or file."""
         entries = table.entries
-        of_gas = {
-            entry.gas: loading if entry.gas is None else loading.with_gas(entry.gas) for entry in entries
-        }
-        if table.read is None:
-            return cls(table, tuple(of_gas[entry.gas] for entry in entries))
-        charges = [charge(table.read.kind, entry.load, loading.table) for entry in entries]
-        gases = {each: scaled(loading.gas, each) for each in charges}
-        return cls(table, tuple(replace(loading, gas=gases[each]) for each in charges))
+        if (log := table.read) is not None:
+            charges = [charge(log.kind, entry.load, loading) for entry in entries]
+            return cls(table, tuple(replace(loading, gas=scaled(loading.gas, each)) for each in charges))
+        of_gas = {gas: loading if gas is None else loading.with_gas(gas) for gas in table.gas or (None,)}
+        return cls(table, tuple(of_gas[entry.gas] for entry in entries))
 
 
-def charge(kind: LogColumn | None, load: float | None, table: EngineTable) -> float:
-    """Return the charge at a load of a log, as a multiple of the study's; 1 where it has no load.
+def charge(kind: LogColumn | None, load: float | None, engine: EngineLoading) -> float:
+    """Return the charge at a load of a log, over the study's: in proportion to it, above a closed throttle.
 
-    In proportion to load or throttle, in percent, from that behind a closed throttle on; of boost, bar gauge,
-    by the absolute pressures. Raises `InvalidValue`: boost beside a trace whose own is not known.
+    Raises `InvalidValue`: boost beside a trace whose own is not known.
     """
     if kind is None or load is None:
         return 1.0
+    table, traced = engine.table, engine.gas.samples.size > 0
     closed = min(CLOSED_THROTTLE * BAR / table.intake, 1.0)
-    if kind is not LogColumn.BOOST:
-        part = load / 100
-        return float(f"{max(part, closed) if kind is LogColumn.LOAD else closed + (1 - closed) * part:.4g}")
-    known = not table.given_file or table.boost_bar is not None or table.intake_pressure_bar is not None
-    rule = "gives boost, but that of the pressure trace is not known"
-    require(known, "duty.log", f"boost {load:g} bar", rule, "Give engine.boost_bar, of the trace.")
-    return float(f"{max((table.atmosphere + load * BAR) / table.intake, closed):.4g}")
+    known = not traced or table.boost_bar is not None or table.intake_pressure_bar is not None
+    rule, remedy = "gives boost, but that of the pressure trace is not known", "Give engine.boost_bar."
+    require(known or kind is not LogColumn.BOOST, "duty.log", f"boost {load:g} bar", rule, remedy)
+    part = {
+        LogColumn.LOAD: load / 100,
+        LogColumn.BOOST: (table.atmosphere + load * BAR) / table.intake,
+        LogColumn.THROTTLE: closed + (1 - closed) * load / 100,
+    }[kind]
+    return float(f"{max(part, closed):.4g}")

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.note import Note, assumption, remark, warning
+from fea.study.files import is_file
 from fea.study.tables import quantity
 from fea.study.trace_table import TraceTable, find_long_table, read_text
 from geometry.arrays import Floats, Ints
@@ -45,37 +46,38 @@ _COLUMNS = {
     LogColumn.BOOST: ({"boost", "boost pressure", "ladedruck"}, "bar", "bar"),
     LogColumn.THROTTLE: ({"throttle", "throttle position", "tps", "drosselklappe"}, "percent", "%"),
 }
-_UNIT = re.compile(  # in brackets, or behind a blank or an underscore
-    r"[\s_]*(?:[\[({]\s*([^\])}]+?)\s*[\])}]|[_ ](s|ms|min|h|rpm|hz|percent|%|bar|kpa|psi))\s*$",
-    re.IGNORECASE,
+# In brackets, or behind a blank or an underscore.
+_UNIT = re.compile(
+    r"(?i)[\s_]*(?:[\[({]\s*([^\])}]+?)\s*[\])}]|[_ ](s|ms|min|h|rpm|hz|percent|%|bar|kpa|psi))\s*$"
 )
 _MOST_PERCENT, _FRACTION = 300.0, 1.5
 # Where cells of speed end, as parts of the highest: the contact over the cycle of each takes seconds. Number
 # of those of load; powers by which the samples of a cell are averaged; vacuum, bar gauge.
 _SPEEDS, _LOADS = np.array([0.25, 0.5, *np.arange(7, 12) / 12]), 3
 _POWERS, _VACUUM = (16.0, 8.0), -1.01325
-_STANDS = 50.0  # rpm, below which the engine does not turn
 # A step of time so many times the usual one, and of so many seconds, is a pause of the log.
 _PAUSE, _LEAST_PAUSE = 20.0, 2.0
-_COARSE = 0.1  # s between samples, from which on a missed shift may fall between two of them
+_STANDS, _COARSE = 50.0, 0.1  # rpm, below which the engine does not turn; s, that may hide a missed shift
 
 
-class LogCell(NamedTuple):
-    """A cell of speed and load."""
+class DutyEntry(NamedTuple):
+    """A speed of a duty."""
 
     rpm: float
-    load: float | None  #: in percent, or bar gauge; None where the log has no load
-    hours: float  #: of one run through the log
-    visits: int  #: how often the engine came to it in that time
+    share: float  #: of the time
+    gas: str | None = None  #: in place of that of [engine]
+    load: float | None = None  #: of a log, in percent or bar gauge
 
 
 @dataclass(frozen=True, eq=False)
 class DutyLog:
-    """A log, sample by sample and in cells."""
+    """A log, sample by sample and in cells of speed and load."""
 
     source: str  #: name of the file
     kind: LogColumn | None  #: what its load is, None where it has none
-    cells: tuple[LogCell, ...]
+    cells: tuple[DutyEntry, ...]
+    hours: float  #: in which the engine turns
+    visited: Ints  #: (n_stays,) cells in the order in which the engine came to them
     #: time, rpm, step: (n,) s, speed, s that the sample stands for
     time: Floats
     rpm: Floats
@@ -83,41 +85,24 @@ class DutyLog:
     cell: Ints  #: (n,) cell of each sample, −1 where the engine stands
     pauses: int  #: of the log, which count no time
 
-    @property
-    def hours(self) -> float:
-        """Hours in which the engine turns."""
-        return sum(cell.hours for cell in self.cells)
-
-    @property
-    def interval(self) -> float:
-        """Usual time between samples, s."""
-        return float(np.median(self.step))
-
-    @cached_property
-    def visited(self) -> Ints:
-        """Cells in the order in which the engine came to them."""
-        return _stays(self.cell)
-
     def along(self, damage: Floats, count: int = 240) -> dict[str, Floats]:
-        """Return, over `count` intervals of time, the highest speed, and the share of damage, percent.
-
-        `damage`: in each cell (n_cells,), per hour there.
-        """
+        """Return the highest speed and the share of `damage` (n_cells,), percent, over intervals of time."""
         ends = np.linspace(self.time[0], self.time[-1] + self.step[-1], count + 1)
         first = np.searchsorted(self.time, ends)
-        done = np.append(0.0, np.cumsum(np.append(damage, 0.0)[self.cell] * self.step))
+        rate = damage / [cell.share for cell in self.cells]
+        done = np.append(0.0, np.cumsum(np.append(rate, 0.0)[self.cell] * self.step))
         highest = np.array([self.rpm[a:b].max(initial=0.0) for a, b in pairwise(first)])
         shares = 100 * np.diff(done[first]) / (done[-1] or 1.0)
         return {"time_s": ends[:-1], "rpm": highest, "damage_percent": shares}
 
     def notes(self) -> Iterator[Note]:
         """Yield what a reader must know of the log."""
-        if self.interval >= _COARSE:
+        if (interval := float(np.median(self.step))) >= _COARSE:
             change = float(np.abs(np.diff(self.rpm)).max())
             text = (
-                f"{self.source} has a sample every {self.interval:.2g} s, in which the speed changes by up "
-                f"to {change:.0f} rpm. Damage goes as the speed to the power 2k, k about 8: a highest speed "
-                "that is missed by 4 % is half of the damage missed: smoothed logs are too favourable"
+                f"{self.source} has a sample every {interval:.2g} s, in which the speed changes by up to "
+                f"{change:.0f} rpm. Damage goes as the speed to the power 2k, k about 8: where a log misses "
+                "4 % of its highest speed, half of the damage is missing; smoothed logs are too favourable"
             )
             yield warning(text, "life")
         if self.pauses:
@@ -125,21 +110,12 @@ class DutyLog:
         if self.kind is None:
             yield assumption(f"the gas of [engine] at every speed, as {self.source} has no load", "life")
         if self.kind is LogColumn.THROTTLE:
-            text = f"a charge in proportion to the throttle of {self.source}, from 0.3 bar where it is shut"
-            yield assumption(text, "life")
-
-
-def _stays(cell: Ints) -> Ints:
-    turning = cell[cell >= 0]
-    return turning[np.append(True, np.diff(turning) != 0)]
+            yield assumption("a charge in proportion to the throttle, from 0.3 bar where it is shut", "life")
 
 
 def read_log(path: Path) -> DutyLog:
     """Read a log. Raises `InvalidValue`: unreadable, a column is missing or of an unknown unit, and so on."""
-    try:
-        return _read(path, path.stat().st_mtime_ns)
-    except OSError as error:
-        raise InvalidValue("duty.log", str(path), f"cannot be read ({error.strerror})", _REMEDY) from error
+    return _read(path, path.stat().st_mtime_ns if is_file(path) else 0)
 
 
 @lru_cache(maxsize=2)
@@ -152,15 +128,12 @@ def parse_log(text: str, source: str) -> DutyLog:
     try:
         table = find_long_table(text, source)
     except InvalidValue as error:
-        of_table = error.name == "engine.gas"
-        name, remedy = ("duty.log", _REMEDY) if of_table else (error.name, error.remedy)
-        raise InvalidValue(name, error.value, error.rule, remedy) from error
+        if error.name != "engine.gas":  # a line of the table
+            raise
+        raise InvalidValue("duty.log", error.value, error.rule, _REMEDY) from error
     names = {i: _UNIT.sub("", table.names[i]).replace("_", " ").strip().lower() for i in table.numbers}
-    found = {
-        kind: next((i for i, name in names.items() if name in words), None)
-        for kind, (words, *_) in _COLUMNS.items()
-    }
-    columns = {kind: _values(table, index, kind) for kind, index in found.items() if index is not None}
+    found = {kind: [i for i, name in names.items() if name in of[0]] for kind, of in _COLUMNS.items()}
+    columns = {kind: _values(table, own[0], kind) for kind, own in found.items() if own}
     listed = ", ".join(table.names[i] or f"column {i + 1}" for i in table.numbers)
     for kind, wanted in ((LogColumn.TIME, "time"), (LogColumn.SPEED, "engine speed")):
         rule = f"has no column of {wanted}; its columns of numbers are {listed}"
@@ -171,12 +144,12 @@ def parse_log(text: str, source: str) -> DutyLog:
     if back.size:
         line, later = table.lines[back[0] + 1], f"{time[back[0] + 1]:g} s after {time[back[0]]:g} s"
         raise InvalidValue(f"{source} line {line}", later, "time must increase from line to line")
-    kind = next((each for each in list(LogColumn)[2:] if each in columns), None)
-    return _counted(source, kind, time, rpm, np.zeros_like(rpm) if kind is None else columns[kind])
+    load = next((each for each in list(LogColumn)[2:] if each in columns), None)
+    return _counted(source, load, time, rpm, np.zeros_like(rpm) if load is None else columns[load])
 
 
 def _values(table: TraceTable, index: int, kind: LogColumn) -> Floats:
-    """Values of a column in the unit of its kind. Raises `InvalidValue`: unknown unit, not of an engine."""
+    """Values of a column in the unit of its kind; `InvalidValue`: in an unknown one, or not of an engine."""
     _, own, usual = _COLUMNS[kind]
     name, values = f"{table.source}: column {table.names[index]}", table.column(index)
     match = _UNIT.search(table.names[index])
@@ -202,20 +175,20 @@ def _counted(source: str, kind: LogColumn | None, time: Floats, rpm: Floats, loa
     width = (float(load[turns].max()) - low) / _LOADS or 1.0
     number = np.clip((load - low) / width, 0, _LOADS - 1).astype(np.int64)
     number += _LOADS * np.searchsorted(_SPEEDS * rpm.max(), rpm)
-    used, cell = np.unique(np.where(turns, number, -1), return_inverse=True)
-    cell = cell.reshape(-1) - int(used[0] == -1)
+    _, of_turning = np.unique(number[turns], return_inverse=True)
+    cell = np.full(len(rpm), -1)
+    cell[turns] = of_turning
+    seconds = np.bincount(of_turning, step[turns])
 
-    def mean(values: Floats, power: float) -> Floats:
-        scale = float(values[turns].max()) or 1.0
-        sums = np.bincount(cell[turns], step[turns] * (values[turns] / scale) ** power)
-        return np.asarray(scale * (sums / seconds) ** (1 / power))
+    def mean(values: Floats, power: float) -> list[float]:
+        scale = float(values.max()) or 1.0
+        sums = np.bincount(of_turning, step[turns] * (values[turns] / scale) ** power)
+        return list(scale * (sums / seconds) ** (1 / power))
 
-    seconds = np.bincount(cell[turns], step[turns])
     base = _VACUUM if kind is LogColumn.BOOST else 0.0
-    loads = mean(np.maximum(load - base, 0.0), _POWERS[1]) + base
-    each = zip(mean(rpm, _POWERS[0]), loads, seconds / 3600, np.bincount(_stays(cell)), strict=True)
-    cells = tuple(
-        LogCell(float(round(speed)), None if kind is None else float(f"{own:.3g}"), float(hours), int(visits))
-        for speed, own, hours, visits in each
-    )
-    return DutyLog(source, kind, cells, time, rpm, step, cell, int(paused.sum()))
+    of_loads = mean(np.maximum(load - base, 0), _POWERS[1])
+    loads = [None if kind is None else float(f"{own + base:.3g}") for own in of_loads]
+    speeds, total = [float(round(speed)) for speed in mean(rpm, _POWERS[0])], float(seconds.sum())
+    cells = tuple(map(DutyEntry, speeds, seconds / total, [None] * len(loads), loads))
+    visited = of_turning[np.append(True, np.diff(of_turning) != 0)]
+    return DutyLog(source, kind, cells, total / 3600, visited, time, rpm, step, cell, int(paused.sum()))

@@ -185,11 +185,6 @@ class EngineTable(
         """Return the table with the path of a file made absolute."""
         return dataclasses.replace(self, gas=located_gas("engine.gas", self.gas, folder))
 
-    @property
-    def given_file(self) -> bool:
-        """Whether the pressures are those of a user's file."""
-        return _is_file(self.gas)
-
     def with_gas(self, gas: str) -> "EngineTable":
         """Return the table with another gas; keys that say how a file is to be read stay for files only."""
         unused: TomlTable = {} if _is_file(gas) else dict.fromkeys(self.given)

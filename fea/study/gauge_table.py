@@ -1,6 +1,5 @@
 """[[gauge]]: strain gauges on the surface of the rod."""
 
-from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any
 
@@ -10,10 +9,7 @@ from geometry.errors import require
 
 @dataclass(frozen=True)
 class GaugeTable(
-    StudyTable,
-    table="gauge",
-    intro="A strain gauge on the surface; so many tables [[gauge]] as there are gauges",
-    optional=True,
+    StudyTable, table="gauge", intro="A strain gauge on the surface, [[gauge]] for each", optional=True
 ):
     """A strain gauge."""
 
@@ -28,14 +24,13 @@ class GaugeTable(
     def __post_init__(self) -> None:
         super().__post_init__()
         for name, three in (("at_mm", self.at_mm), ("direction", self.direction)):
-            require(len(three) == 3 and (any(three) or name == "at_mm"), f"gauge.{name}", list(three), _THREE)
-
-
-_THREE = "must have three components, x, y and z; those of a direction are not all 0"
+            rule = "must have three components, x, y and z; those of a direction are not all 0"
+            require(len(three) == 3 and (any(three) or name == "at_mm"), f"gauge.{name}", list(three), rule)
 
 
 def read_gauges(raw: Any) -> tuple[GaugeTable, ...]:
     """Read the gauges of a study. Raises `InvalidValue`: no list of tables, a wrong key or a broken rule."""
-    listed = isinstance(raw, list) and all(isinstance(each, Mapping) for each in raw)
-    require(listed, "gauge", str(raw), "must be a list of tables", "Write [[gauge]] above each.")
+    require(
+        isinstance(raw, list), "gauge", str(raw), "must be a list of tables", "Write [[gauge]] above each."
+    )
     return tuple(read_table(GaugeTable, "gauge", each) for each in raw)

@@ -4,12 +4,11 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
-from fea.study.duty_log import LARGEST_RPM, DutyLog, read_log
+from fea.study.duty_log import LARGEST_RPM, DutyEntry, DutyLog, read_log
 from fea.study.engine_table import located_gas
 from fea.study.files import located
-from fea.study.tables import Positive, StudyTable, key, quantity, within
+from fea.study.tables import Positive, StudyTable, entries_of, key, quantity, within
 from geometry.errors import InvalidValue, require, require_number
 
 _FORMS = 'Write 6000, 800,3000,6000 or 800:9000:200 (both ends included), in rpm or with a unit: "100 Hz".'
@@ -116,15 +115,6 @@ MOST_ENTRIES = 100
 _ROUNDING_PERCENT = 0.1
 
 
-class DutyEntry(NamedTuple):
-    """A speed of a duty."""
-
-    rpm: float
-    share: float  #: of the time
-    gas: str | None = None  #: in place of that of [engine]
-    load: float | None = None  #: of a log, in percent or bar gauge
-
-
 @dataclass(frozen=True)
 class DutyTable(
     StudyTable,
@@ -150,14 +140,12 @@ class DutyTable(
 
     def __post_init__(self) -> None:
         if self.log is not None:
-            for name in ("rpm", "hours", "share_percent", "gas"):
-                given = getattr(self, name)
-                rule = "cannot be combined with duty.log, which gives it"
-                require(given is None, f"duty.{name}", list(given or ()), rule, "Remove one of them.")
+            others = [name for name in entries_of(self) if name != "log"]
+            rule = "cannot be combined with duty.log, which gives it"
+            require(not others, f"duty.{', '.join(others)}", None, rule, "Remove one of them.")
             return
         speeds = self.rpm or ()
-        remedy = "Give speeds, or a log."
-        require(len(speeds) > 0, "duty.rpm", [], "must contain at least one speed", remedy)
+        require(len(speeds) > 0, "duty.rpm", [], "must contain at least one speed", "Give speeds, or a log.")
         count, rule = len(speeds), f"must contain at most {MOST_ENTRIES} speeds"
         require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
         if (self.hours is None) == (self.share_percent is None):
@@ -183,19 +171,16 @@ class DutyTable(
     def entries(self) -> tuple[DutyEntry, ...]:
         """Speeds with their shares of the time, which add up to 1; errors as of `read`."""
         if (log := self.read) is not None:
-            return tuple(DutyEntry(cell.rpm, cell.hours / log.hours, load=cell.load) for cell in log.cells)
-        given, rpm = self.hours or self.share_percent or (), self.rpm or ()
-        gases = self.gas or (None,) * len(rpm)
-        each = zip(rpm, given, gases, strict=True)
-        return tuple(DutyEntry(speed, value / sum(given), gas) for speed, value, gas in each)
+            return log.cells
+        rpm, given = self.rpm or (), self.hours or self.share_percent or ()
+        shares = (value / sum(given) for value in given)
+        return tuple(map(DutyEntry, rpm, shares, self.gas or (None,) * len(rpm)))
 
     @property
     def total_hours(self) -> float | None:
         """Hours of the duty, where it has any; errors as of `read`."""
-        log = self.read
-        if log is not None:
-            return log.hours
-        return None if self.hours is None else sum(self.hours)
+        of_log = None if self.log is None else read_log(Path(self.log)).hours
+        return sum(self.hours) if self.hours else of_log
 
     @property
     def speeds(self) -> tuple[float, ...]:

@@ -39,7 +39,6 @@ from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
 
 DEFAULT_STUDY = "leon-2001"
-GAUGE = GaugeTable.TABLE
 
 
 # Where a study says nothing of the material.
@@ -158,8 +157,7 @@ class Study:
         Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
         balances, or the log of a duty cannot be read.
         """
-        if self.duty is not None:
-            _ = self.duty.entries  # a log is read before anything is meshed
+        _ = self.duty and self.duty.entries  # a log is read before anything is meshed
         if self.forces is None:
             self.require_engine()
         elif self.analysis.support is not choices.Support.CLAMPED:
@@ -328,7 +326,7 @@ class Study:
         """Young's modulus, MPa, and Poisson's ratio of the pins whose material is given, by their names."""
         return {name: self.part_material[name].stiffness() for name in PINS if name in self.part_material}
 
-    def as_dict(self) -> dict[str, TomlTable]:
+    def as_dict(self) -> TomlTable:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
@@ -344,7 +342,7 @@ class Study:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             if name not in tables and used.get(name, True) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
-        return tables | ({GAUGE: [entries_of(each) for each in self.gauge]} if self.gauge else {})
+        return tables | ({"gauge": [entries_of(each) for each in self.gauge]} if self.gauge else {})
 
     @property
     def in_contact(self) -> bool:
@@ -400,8 +398,8 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
 def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     """Return a study from the tables of its file; errors as `parse_study`."""
     for key in raw:
-        if key not in (*TABLES, GAUGE):
-            raise unknown_key(f"{name}.toml:", key, (*TABLES, GAUGE))
+        if key not in (*TABLES, "gauge"):
+            raise unknown_key(f"{name}.toml:", key, (*TABLES, "gauge"))
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
@@ -413,7 +411,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     for key in ("engine", "duty"):
         if key in tables:
             tables[key] = tables[key].located(folder)
-    gauges = read_gauges(raw.get(GAUGE, []))
+    gauges = read_gauges(raw.get("gauge", []))
     return Study(name, rod, part_material=part_material, gauge=gauges, folder=folder, **tables)
 
 

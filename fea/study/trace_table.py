@@ -89,10 +89,7 @@ def speed_of(name: str) -> float | None:
 
 
 def read_text(path: Path, name: str = "engine.gas", largest: int = LARGEST_TRACE) -> str:
-    """Read a text file in one of the encodings above, of at most so many bytes; `name` is its key.
-
-    Raises `InvalidValue`: missing, large or binary.
-    """
+    """Read a text file, whose key is `name`. Raises `InvalidValue`: missing, of more bytes, or binary."""
     remedy = _REMEDY if name == "engine.gas" else ""
     try:
         require_size(name, path, largest)
@@ -142,9 +139,7 @@ def find_long_table(text: str, source: str) -> TraceTable:
         return find_table(text, source)
     if len(values) != len(rows) or not np.isfinite(values).all():  # comments and blank lines among the rows
         return find_table(text, source)
-    return TraceTable(
-        source, head.names, form.numbers, values, tuple(range(start + 1, start + 1 + len(rows)))
-    )
+    return TraceTable(source, head.names, form.numbers, values, tuple(range(start + 1, len(lines) + 1)))
 
 
 def _cells(text: str, separator: str | None) -> list[str]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.rod.loading import charge
+from fea.rod.loading import EngineLoading, charge
 from fea.study.duty_log import LogColumn, parse_log, read_log
 from fea.study.engine_table import EngineTable
 from fea.study.speed_tables import DutyTable
@@ -20,13 +20,12 @@ def test_cells_hold_all_of_the_time_and_stand_for_their_damage():
     log = parse_log(LAP, "lap.csv")
     assert log.kind is LogColumn.LOAD
     assert log.hours == pytest.approx(400 * 0.05 / 3600)
-    assert sum(cell.hours for cell in log.cells) == pytest.approx(log.hours)
+    assert sum(cell.share for cell in log.cells) == pytest.approx(1)
     # Within each cell, time times speed to the power 16, as damage goes where inertia loads the rod.
     of_samples = (log.step * log.rpm**16.0).sum() / 3600
-    of_cells = sum(cell.hours * cell.rpm**16.0 for cell in log.cells)
+    of_cells = sum(log.hours * cell.share * cell.rpm**16.0 for cell in log.cells)
     assert of_cells == pytest.approx(of_samples, rel=2e-3)  # speeds of cells are whole
     assert len(log.cells) <= 24
-    assert sum(cell.visits for cell in log.cells) == len(log.visited)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +77,7 @@ def test_shares_of_damage_add_up_along_the_log():
     assert along["rpm"].max() == log.rpm.max()
 
 
-OTTO = EngineTable(
+TABLE = EngineTable(
     stroke_mm=90.0,
     bore_mm=80.0,
     piston_mass_kg=0.4,
@@ -86,6 +85,7 @@ OTTO = EngineTable(
     compression_ratio=10.0,
     peak_pressure_bar=60.0,
 )
+OTTO = EngineLoading.of(TABLE, 140.0)
 
 
 def test_the_charge_follows_from_load_boost_and_throttle():
@@ -124,9 +124,8 @@ def test_a_log_beside_speeds_and_one_that_is_missing_are_refused(tmp_path):
         DutyTable(rpm=(3000.0,), log="lap.csv")
     with pytest.raises(InvalidValue, match=r"duty.log.* cannot be read"):
         read_log(tmp_path / "lap.csv")
-    of_file = EngineTable(stroke_mm=90.0, bore_mm=80.0, piston_mass_kg=0.4, gas="trace.csv")
     with pytest.raises(InvalidValue, match=r"engine.boost_bar"):
-        charge(LogColumn.BOOST, 1.0, of_file)
+        charge(LogColumn.BOOST, 1.0, OTTO.with_gas("leon-2001"))
 
 
 def test_a_log_runs_its_highest_speed(tmp_path):

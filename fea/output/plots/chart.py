@@ -122,11 +122,10 @@ def chart(
 def log_chart(heading: tuple[str, str, str], times: Floats, values: Floats) -> Chart:
     """Lay out a curve (n,), in the unit of the heading, over the times of a log, s, evenly spaced."""
     drawn = chart(heading, np.linspace(0.0, 720.0, 2 * len(times)), {"": np.repeat(values, 2)}, {})
-    span = float(times[-1] - times[0])
-    step = round_up(span / _STEPS)
+    step = round_up((span := float(times[-1] - times[0])) / _STEPS)
     labels = np.arange(np.ceil(times[0] / step), np.floor(times[-1] / step) + 1) * step
     places = tuple((across(720 * (at - times[0]) / span), f"{at:g} s") for at in labels.tolist())
-    most = f"up to {values.max():.4g} {drawn.unit} at {times[values.argmax()]:.4g} s"
+    most = f"most, {values.max():.4g}, at {times[values.argmax()]:.4g} s"
     return replace(drawn, times=places, series=(), description=most)
 
 

@@ -51,9 +51,7 @@ _GIVEN, _DEFAULT = "the study", "the program's default"
 
 def input_tables(study: Study) -> Iterator[AnswerTable]:
     """Yield all inputs of a study, but those that say where results are written, and where they come from."""
-    for name, values in study.as_dict().items():
-        if isinstance(values, list):  # gauges have a table of their own
-            continue
+    for name, values in replace(study, gauge=()).as_dict().items():  # gauges have a table of their own
         nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if key not in nested}
         title = _TITLES.get(name, name.replace("_", " ").capitalize())
