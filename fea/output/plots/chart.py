@@ -125,8 +125,7 @@ def log_chart(heading: tuple[str, str, str], times: Floats, values: Floats) -> C
     step = round_up((span := float(times[-1] - times[0])) / _STEPS)
     labels = np.arange(np.ceil(times[0] / step), np.floor(times[-1] / step) + 1) * step
     places = tuple((across(720 * (at - times[0]) / span), f"{at:g} s") for at in labels.tolist())
-    most = f"most, {values.max():.4g}, at {times[values.argmax()]:.4g} s"
-    return replace(drawn, times=places, series=(), description=most)
+    return replace(drawn, times=places, series=(), description=f"most at {times[values.argmax()]:.4g} s")
 
 
 def across(degrees: float, last: int = 720) -> float:
