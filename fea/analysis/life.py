@@ -228,7 +228,7 @@ def every_cycle(
         found.append((mean, amplitude, each, np.full(len(mean), number), np.zeros(len(mean), dtype=bool)))
     if log is not None:
         stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
-        pairs = np.stack(cycle_ends(stress))
+        pairs = cycle_ends(stress)
         pairs = np.take_along_axis(pairs, stress[pairs].argsort(axis=0), axis=0)
         cells = log.visited[pairs // 2]
         code = cells[0] * len(histories) + cells[1]

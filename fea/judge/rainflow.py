@@ -9,15 +9,15 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 
 
-def cycle_ends(history: Floats) -> tuple[Ints, Ints]:
-    """Return where in a period (n,) each cycle begins and ends: numbers (n_cycles,) of its values."""
+def cycle_ends(history: Floats) -> Ints:
+    """Return where in a period (n,) each cycle begins and ends: numbers (2, n_cycles) of its values."""
     start = int(np.argmax(history))
     order = np.append(np.roll(np.arange(len(history)), -start), start)
     rising = np.diff(history[order])
     order = order[np.append(True, rising != 0)]
     rising = rising[rising != 0] > 0
     order = order[np.concatenate([[True], rising[1:] != rising[:-1], [True]])] if rising.size else order[:0]
-    first, second = [order[:0]], [order[:0]]
+    ends = [np.empty((2, 0), dtype=np.int64)]
     while len(order) > 1:
         size = np.abs(np.diff(history[order]))
         closed = (size <= np.append(np.inf, size[:-1])) & (size <= np.append(size[1:], -np.inf))
@@ -25,13 +25,14 @@ def cycle_ends(history: Floats) -> tuple[Ints, Ints]:
         number = np.arange(len(size))
         closed &= (number - np.maximum.accumulate(np.where(closed, -1, number))) % 2 == 1
         at = np.flatnonzero(closed)
-        first.append(order[at])
-        second.append(order[at + 1])
+        if not at.size:
+            raise ValueError("a history must be finite")
+        ends.append(np.stack([order[at], order[at + 1]]))
         order = np.delete(order, np.concatenate([at, at + 1]))
-    return np.concatenate(first), np.concatenate(second)
+    return np.concatenate(ends, axis=1)
 
 
 def rainflow(history: Floats) -> tuple[Floats, Floats]:
     """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
-    ends = history[np.stack(cycle_ends(history))]
+    ends = history[cycle_ends(history)]
     return ends.mean(axis=0), np.ptp(ends, axis=0) / 2

@@ -108,8 +108,7 @@ class GivenForces:
 Loading = EngineLoading | GivenForces
 
 
-# Absolute pressure in the intake behind a closed throttle, bar.
-CLOSED_THROTTLE = 0.3
+CLOSED_THROTTLE = 0.3  # bar, absolute, in the intake behind it
 
 
 @dataclass(frozen=True)
