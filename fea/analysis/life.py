@@ -86,7 +86,7 @@ class WorstLife:
     amplitude: Floats
     rate: Floats
     entry: Ints
-    between: Mask  #: (n_cycles,) whether a cycle begins in another cell of a log than the entry
+    between: Mask  #: (n_cycles,) whether a cycle begins in another bin of a log than the entry
 
     def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
         """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
@@ -126,7 +126,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     figures, along = _figures(analysis, duty, worst), None
     known = list(_limits(table, worst, figures, singular=bool(analysis.masked.any())))
     if log is not None:
-        along = log.along(np.asarray(np.bincount(worst.entry, worst.damage(), len(log.cells)), np.float64))
+        along = log.along(np.asarray(np.bincount(worst.entry, worst.damage(), len(log.bins)), np.float64))
         figures = replace(figures, log=_of_log(log, worst, figures, along))
         known += log.notes()
     return Life(figures, (*unknown, *known, _OMISSION), damage, along)
@@ -230,10 +230,10 @@ def every_cycle(
         stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
         pairs = cycle_ends(stress)
         pairs = np.take_along_axis(pairs, stress[pairs].argsort(axis=0), axis=0)
-        cells = log.visited[pairs // 2]
-        code = cells[0] * len(histories) + cells[1]
+        bins = log.visited[pairs // 2]
+        code = bins[0] * len(histories) + bins[1]
         _, first, times = np.unique(code, return_index=True, return_counts=True)
-        (low, high), (least, most) = cells[:, first], stress[pairs[:, first]]
+        (low, high), (least, most) = bins[:, first], stress[pairs[:, first]]
         found.append(((least + most) / 2, (most - least) / 2, times / log.hours, high, low != high))
     mean, amplitude, each, entry, between = map(np.concatenate, zip(*found, strict=True))
     return mean, amplitude, each, np.asarray(entry, np.int64), np.asarray(between, np.bool_)

@@ -1,7 +1,7 @@
 """A log of an engine in use: how long it turns at which speed and load, and in which order.
 
 Its columns are found by their headings: time, engine speed, and load, boost or throttle where there is one.
-Speed and load are counted in cells, each of which stands for its samples by the mean of a high power, as
+Speed and load are counted in bins, each of which stands for its samples by the mean of a high power, as
 damage goes with a power of the stress, and stress nearly with the square of the speed.
 """
 
@@ -51,8 +51,8 @@ _UNIT = re.compile(
     r"(?i)[\s_]*(?:[\[({]\s*([^\])}]+?)\s*[\])}]|[_ ](s|ms|min|h|rpm|hz|percent|%|bar|kpa|psi))\s*$"
 )
 _MOST_PERCENT, _FRACTION = 300.0, 1.5
-# Where cells of speed end, as parts of the highest: the contact over the cycle of each takes seconds. Number
-# of those of load; powers by which the samples of a cell are averaged; vacuum, bar gauge.
+# Where bins of speed end, as parts of the highest: the contact over the cycle of each takes seconds. Number
+# of those of load; powers by which the samples of a bin are averaged; vacuum, bar gauge.
 _SPEEDS, _LOADS = np.array([0.25, 0.5, *np.arange(7, 12) / 12]), 3
 _POWERS, _VACUUM = (16.0, 8.0), -1.01325
 # A step of time so many times the usual one, and of so many seconds, is a pause of the log.
@@ -71,26 +71,26 @@ class DutyEntry(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DutyLog:
-    """A log, sample by sample and in cells of speed and load."""
+    """A log, sample by sample and in bins of speed and load."""
 
     source: str  #: name of the file
     kind: LogColumn | None  #: what its load is, None where it has none
-    cells: tuple[DutyEntry, ...]
+    bins: tuple[DutyEntry, ...]
     hours: float  #: in which the engine turns
-    visited: Ints  #: (n_stays,) cells in the order in which the engine came to them
+    visited: Ints  #: (n_stays,) bins in the order in which the engine came to them
     #: time, rpm, step: (n,) s, speed, s that the sample stands for
     time: Floats
     rpm: Floats
     step: Floats
-    cell: Ints  #: (n,) cell of each sample, −1 where the engine stands
+    bin_of: Ints  #: (n,) bin of each sample, −1 where the engine stands
     pauses: int  #: of the log, which count no time
 
     def along(self, damage: Floats, count: int = 240) -> dict[str, Floats]:
         """Return the highest speed and the share of `damage` (n_cells,), percent, over intervals of time."""
         ends = np.linspace(self.time[0], self.time[-1] + self.step[-1], count + 1)
         first = np.searchsorted(self.time, ends)
-        rate = damage / [cell.share for cell in self.cells]
-        done = np.append(0.0, np.cumsum(np.append(rate, 0.0)[self.cell] * self.step))
+        rate = damage / [each.share for each in self.bins]
+        done = np.append(0.0, np.cumsum(np.append(rate, 0.0)[self.bin_of] * self.step))
         highest = np.array([self.rpm[a:b].max(initial=0.0) for a, b in pairwise(first)])
         shares = 100 * np.diff(done[first]) / (done[-1] or 1.0)
         return {"time_s": ends[:-1], "rpm": highest, "damage_percent": shares}
@@ -124,7 +124,7 @@ def _read(path: Path, _changed: int) -> DutyLog:
 
 
 def parse_log(text: str, source: str) -> DutyLog:
-    """Turn the text of a log into cells; `source` is its name in messages. Errors as of `read_log`."""
+    """Turn the text of a log into bins; `source` is its name in messages. Errors as of `read_log`."""
     try:
         table = find_long_table(text, source)
     except InvalidValue as error:
@@ -165,7 +165,7 @@ def _values(table: TraceTable, index: int, kind: LogColumn) -> Floats:
 
 
 def _counted(source: str, kind: LogColumn | None, time: Floats, rpm: Floats, load: Floats) -> DutyLog:
-    """Count samples in cells of speed and load."""
+    """Count samples in bins of speed and load."""
     usual, turns = float(np.median(np.diff(time))), rpm >= _STANDS
     require(bool(turns.any()), "duty.log", source, f"has no speed above {_STANDS:g} rpm", _REMEDY)
     step = np.append(np.diff(time), usual)
@@ -176,8 +176,8 @@ def _counted(source: str, kind: LogColumn | None, time: Floats, rpm: Floats, loa
     number = np.clip((load - low) / width, 0, _LOADS - 1).astype(np.int64)
     number += _LOADS * np.searchsorted(_SPEEDS * rpm.max(), rpm)
     _, of_turning = np.unique(number[turns], return_inverse=True)
-    cell = np.full(len(rpm), -1)
-    cell[turns] = of_turning
+    bin_of = np.full(len(rpm), -1)
+    bin_of[turns] = of_turning
     seconds = np.bincount(of_turning, step[turns])
 
     def mean(values: Floats, power: float) -> list[float]:
@@ -189,6 +189,6 @@ def _counted(source: str, kind: LogColumn | None, time: Floats, rpm: Floats, loa
     of_loads = mean(np.maximum(load - base, 0), _POWERS[1])
     loads = [None if kind is None else float(f"{own + base:.3g}") for own in of_loads]
     speeds, total = [float(round(speed)) for speed in mean(rpm, _POWERS[0])], float(seconds.sum())
-    cells = tuple(map(DutyEntry, speeds, seconds / total, [None] * len(loads), loads))
+    bins = tuple(map(DutyEntry, speeds, seconds / total, [None] * len(loads), loads))
     visited = of_turning[np.append(True, np.diff(of_turning) != 0)]
-    return DutyLog(source, kind, cells, total / 3600, visited, time, rpm, step, cell, int(paused.sum()))
+    return DutyLog(source, kind, bins, total / 3600, visited, time, rpm, step, bin_of, int(paused.sum()))

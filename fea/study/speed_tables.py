@@ -171,7 +171,7 @@ class DutyTable(
     def entries(self) -> tuple[DutyEntry, ...]:
         """Speeds with their shares of the time, which add up to 1; errors as of `read`."""
         if (log := self.read) is not None:
-            return log.cells
+            return log.bins
         rpm, given = self.rpm or (), self.hours or self.share_percent or ()
         shares = (value / sum(given) for value in given)
         return tuple(map(DutyEntry, rpm, shares, self.gas or (None,) * len(rpm)))

@@ -266,8 +266,8 @@ def test_stays_and_the_cycles_between_them_are_those_of_the_whole_history(tmp_pa
     histories = [
         np.array([high, 0.1, low, 0.2]) for high, low in zip((3.0, 5, 8, 12), (-4.0, -3, -6, -2), strict=True)
     ]
-    whole = np.concatenate([np.tile(histories[cell], periods) for cell in log.cell])
-    rates = [3600 * periods * cell.share for cell in log.cells]
+    whole = np.concatenate([np.tile(histories[cell], periods) for cell in log.bin_of])
+    rates = [3600 * periods * each.share for each in log.bins]
     mean, amplitude, rate, _, between = every_cycle(histories, rates, log)
     assert between.any()
     expected = rainflow(whole)

@@ -1,4 +1,4 @@
-"""Logs of engines in use: their columns, units and cells, and what is refused."""
+"""Logs of engines in use: their columns, units and bins, and what is refused."""
 
 import numpy as np
 import pytest
@@ -16,16 +16,16 @@ LAP = HEAD + "".join(
 )
 
 
-def test_cells_hold_all_of_the_time_and_stand_for_their_damage():
+def test_bins_hold_all_of_the_time_and_stand_for_their_damage():
     log = parse_log(LAP, "lap.csv")
     assert log.kind is LogColumn.LOAD
     assert log.hours == pytest.approx(400 * 0.05 / 3600)
-    assert sum(cell.share for cell in log.cells) == pytest.approx(1)
-    # Within each cell, time times speed to the power 16, as damage goes where inertia loads the rod.
+    assert sum(each.share for each in log.bins) == pytest.approx(1)
+    # Within each bin, time times speed to the power 16, as damage goes where inertia loads the rod.
     of_samples = (log.step * log.rpm**16.0).sum() / 3600
-    of_cells = sum(log.hours * cell.share * cell.rpm**16.0 for cell in log.cells)
-    assert of_cells == pytest.approx(of_samples, rel=2e-3)  # speeds of cells are whole
-    assert len(log.cells) <= 24
+    of_bins = sum(log.hours * each.share * each.rpm**16.0 for each in log.bins)
+    assert of_bins == pytest.approx(of_samples, rel=2e-3)  # speeds of bins are whole
+    assert len(log.bins) <= 24
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_units_stand_in_the_headings(head, scale):
     assert log.hours == pytest.approx(3 / 3600, rel=1e-5)
     assert log.rpm.max() == pytest.approx(5000, rel=1e-5)
     assert log.kind is LogColumn.BOOST
-    assert {cell.load for cell in log.cells} == {0.8}
+    assert {each.load for each in log.bins} == {0.8}
 
 
 def test_long_tables_are_those_that_are_read_line_by_line():
@@ -72,7 +72,7 @@ def test_pauses_and_a_standing_engine_take_no_time():
 
 def test_shares_of_damage_add_up_along_the_log():
     log = parse_log(LAP, "lap.csv")
-    along = log.along(np.arange(1.0, len(log.cells) + 1))
+    along = log.along(np.arange(1.0, len(log.bins) + 1))
     assert along["damage_percent"].sum() == pytest.approx(100)
     assert along["rpm"].max() == log.rpm.max()
 
@@ -131,6 +131,6 @@ def test_a_log_beside_speeds_and_one_that_is_missing_are_refused(tmp_path):
 def test_a_log_runs_its_highest_speed(tmp_path):
     (tmp_path / "lap.csv").write_text(LAP)
     duty = DutyTable(log="lap.csv").located(tmp_path)
-    assert duty.run_speeds == (max(cell.rpm for cell in duty.read.cells),)
+    assert duty.run_speeds == (max(each.rpm for each in duty.read.bins),)
     assert sum(entry.share for entry in duty.entries) == pytest.approx(1)
     assert duty.total_hours == pytest.approx(400 * 0.05 / 3600)
