@@ -359,9 +359,26 @@ class DutyFigures(Figures):
 
     rpm: float
     gas: WhereKnown[str] = None  #: where the duty names it
+    load: WhereKnown[float] = None  #: of a log: percent of full load or throttle, or boost in bar gauge
     time_percent: float
     damage_percent: float | None
     reversed_amplitude_MPa: float  #: of its largest range there, corrected for its mean stress
+
+
+class LogFigures(Figures):
+    """``life.log``: what of the log of a duty does the damage at the worst place."""
+
+    file: str
+    load: WhereKnown[str] = None  #: which column gives it
+    hours: float  #: in which the engine turns
+    between_cycles: float  #: from one speed or load to another, in one run through the log
+    between_percent: float | None  #: their share of the damage
+    critical_damage: float  #: Miner's sum at failure under varying amplitudes, beside 1; assumed
+    hours_at_critical_damage: float | None
+    #: The stretch of time that takes most of the damage, one of 240, and its share
+    worst_from_s: float
+    worst_to_s: float
+    worst_percent: float
 
 
 class LifeFigures(Figures):
@@ -381,9 +398,27 @@ class LifeFigures(Figures):
     damage_per_hour: float
     largest_range_percent: float | None  #: of that damage, which the largest range of every entry does alone
     duty: tuple[DutyFigures, ...]
+    log: WhereKnown[LogFigures] = None  #: of a duty that is a log
     knee_cycles: float  #: where the S–N line bends
     endurance_MPa: float  #: at the worst place
     fatigue_criterion: str
+
+
+class GaugeCaseFigures(Figures):
+    """Strain of a gauge in a load case."""
+
+    strain_um_m: float
+    error_um_m: float  #: of the mesh
+    measured_um_m: WhereKnown[float] = None
+
+
+class GaugeFigures(Figures):
+    """An entry of ``gauges``: a strain gauge."""
+
+    name: str
+    at_mm: Vector  #: on the surface
+    cases: Mapping[str, GaugeCaseFigures]
+    history_um_m: WhereKnown[tuple[float, ...]] = None  #: over the crank cycle, at every degree
 
 
 class PlaneFigures(Figures):
@@ -679,6 +714,7 @@ class Summary(Figures):
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
+    gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

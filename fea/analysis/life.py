@@ -4,10 +4,13 @@ Every node gets the damage of its largest range at each speed. Where one range d
 by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
 revolutions of a four-stroke cycle count alike. So every range of the histories is counted at the nodes of
 the largest damage, and the worst of those is the rod's.
+
+A log has the order of the speeds too. Of each stay at a speed and load, one cycle of the crank is taken out:
+the highest and lowest stresses of all stays are a history of their own, with cycles between speeds.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,14 +19,16 @@ from fea.analysis.cycle.envelope import carried
 from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
-from fea.analysis.figures import DutyFigures, LifeFigures
+from fea.analysis.figures import DutyFigures, LifeFigures, LogFigures
 from fea.base.note import Note, assumptions, doubt, omission, remark, warning
 from fea.judge.cycle_life import band_of, with_line
-from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
+from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
+from fea.judge.rainflow import cycle_ends, rainflow
 from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
+from fea.study.duty_log import DutyLog
 from fea.study.speed_tables import DutyTable
-from geometry.arrays import Floats, Ints, vector
+from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.mass import MassProperties
 
 # What the band is of.
@@ -32,6 +37,11 @@ _OF_ASSUMED = "strengths a standard deviation of such estimates below and above 
 # Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a
 # cycle has a few ranges of any size.
 COUNTED, LEAST = 16, 0.2
+# Ranges of at least this part of the largest are made exact: smaller ones hardly damage.
+_EXACT = 0.7
+CRITICAL_DAMAGE = (
+    0.3  # Miner's sum at failure under varying amplitudes, beside 1 (FKM guideline; from memory)
+)
 _NOT_JUDGED = -1.0
 _LIFE = "life"
 _ASSUMED_LINE = (
@@ -54,6 +64,7 @@ class Life:
     notes: tuple[Note, ...]  #: what a reader must know beside them, and what the life does not contain
     #: (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures
     damage: Floats | None = None
+    log: Mapping[str, Floats] | None = None  #: columns of ``log.csv``, where the duty is a log
 
     def point_data(self) -> dict[str, Floats]:
         """Return the array of the envelope's VTU file: 0 without damage, −1 where it is not judged."""
@@ -75,6 +86,7 @@ class WorstLife:
     amplitude: Floats
     rate: Floats
     entry: Ints
+    between: Mask  #: (n_cycles,) whether a cycle begins in another bin of a log than the entry
 
     def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
         """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
@@ -90,30 +102,34 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     `InvalidValue`: the S–N line of a material does not fit its endurance limit.
     """
     unknown = tuple(_unknown(analysis))
-    table, entries = duty.table, []
-    for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
+    table, log, entries = duty.table, duty.table.read, []
+    for (rpm, share, *_), loading in zip(table.entries, duty.loadings, strict=True):
         # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
         full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
         entries.append((full, share * rpm * loading.engine.cycles_per_hour))
     spanned = _spanned(analysis, entries)
-    of_parts = {number: _of_part(analysis, spanned, number) for number in range(len(analysis.materials))}
+    of_parts = {n: _of_part(analysis, spanned, n, log) for n in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
     damage, order, owner = _ranked(analysis, parts)
     _make_exact(analysis, entries, [(node, int(owner[node])) for node in order])
     spanned = _spanned(analysis, entries)
-    counted = [_counted(analysis, spanned, node, int(owner[node])) for node in order]
+    counted = [_counted(analysis, spanned, node, int(owner[node]), log) for node in order]
     whole = analysis.mesh.mirrored
     image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
     for place in counted:
         damage[image == image[place.node]] = place.damage().sum()
     worst = max(counted, key=lambda place: float(place.damage().sum()))
-    figures = _figures(analysis, table, worst)
-    known = _limits(table, worst, figures, singular=bool(analysis.masked.any()))
-    return Life(figures, (*unknown, *known, _OMISSION), damage)
+    figures, along = _figures(analysis, duty, worst), None
+    known = list(_limits(table, worst, figures, singular=bool(analysis.masked.any())))
+    if log is not None:
+        along = log.along(np.asarray(np.bincount(worst.entry, worst.damage(), len(log.bins)), np.float64))
+        figures = replace(figures, log=_of_log(log, worst, figures, along))
+        known += log.notes()
+    return Life(figures, (*unknown, *known, _OMISSION), damage, along)
 
 
 def _spanned(analysis: CycleAnalysis, entries: _Entries) -> _Entries:
@@ -123,7 +139,7 @@ def _spanned(analysis: CycleAnalysis, entries: _Entries) -> _Entries:
 
 def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tuple[int, int]]) -> None:
     """Make the stress exact where the largest ranges of nodes of parts end, in either half of a cycle."""
-    ends = []
+    ends, ranges = [], []
     for full, _ in entries:
         half = full.even.shape[1] // 2
         for stretch in (full.at(slice(half)), full.at(slice(half, None))):
@@ -131,7 +147,9 @@ def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tup
             found = spots(places, analysis.units, weights, analysis.mesh.mirrored)
             reached = [at for spot in found for at in (spot.signed.argmax(), spot.signed.argmin())]
             ends.append(stretch.at(np.unique(reached)))
-    analysis.basis.exact_at(joined(*ends))
+            ranges.append(max(float(np.ptp(spot.signed)) for spot in found))
+    large = [own for own, size in zip(ends, ranges, strict=True) if size >= _EXACT * max(ranges)]
+    analysis.basis.exact_at(joined(*large))
 
 
 def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:
@@ -148,7 +166,9 @@ def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]])
     return total, order[total[order] >= LEAST * total[order[0]]], owner
 
 
-def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[Floats, Floats] | None:
+def _of_part(
+    analysis: CycleAnalysis, entries: _Entries, number: int, log: DutyLog | None
+) -> tuple[Floats, Floats] | None:
     """Damage per hour by the largest ranges in a part, and the largest of them over the endurance limit.
 
     Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
@@ -158,42 +178,72 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
     line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None
+    every = [signed_extremes(part, path(weights, units.joint), units.sides) for weights, _ in entries]
+    rates = [rate for _, rate in entries]
+    if log is not None:
+        highest, lowest = np.max(every, axis=0)[:, 0], np.min(every, axis=0)[:, 1]
+        every, rates = [*every, np.stack([highest, lowest], axis=1)], [*rates, 1 / log.hours]
     amplitudes = []
-    for weights, _ in entries:
-        ends = signed_extremes(part, path(weights, units.joint), units.sides)
+    for ends in every:
         halves = [((high + low) / 2, (high - low) / 2) for high, low in ends]
-        own = [reversed_amplitude(analysis.fatigue, *half, material) for half in halves]
-        amplitudes.append(own)
-    rate, whole = np.array([rate for _, rate in entries]), analysis.mesh.mirrored
+        amplitudes.append([reversed_amplitude(analysis.fatigue, *half, material) for half in halves])
+    rate, whole = np.array(rates), analysis.mesh.mirrored
     sides_of = [np.stack(of_side) for of_side in zip(*amplitudes, strict=True)]
     damage = [line.damage(amplitude, rate).sum(axis=0) for amplitude in sides_of]
     usage = [(amplitude / line.limit).max(axis=0) for amplitude in sides_of]
     return carried(part, damage, whole), carried(part, usage, whole)
 
 
-def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int) -> WorstLife:
+def _counted(
+    analysis: CycleAnalysis, entries: _Entries, node: int, number: int, log: DutyLog | None
+) -> WorstLife:
     """Count every range of the histories of a node, as of a part."""
     material, whole = with_line(analysis.materials[number]), analysis.mesh.mirrored
     source = whole.source[[node]]
     line = LifeLine.of(material, analysis.regions.at(source).factors(material))
     if line is None:
         raise ValueError("only parts with an S–N line have worst places")
-    amplitudes, rates, numbers = [], [], []
-    for index, (weights, rate) in enumerate(entries):
-        (spot,) = spots([(node, number)], analysis.units, weights, whole)
-        mean, amplitude = rainflow(spot.signed)
-        amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
-        rates.append(np.full(len(mean), rate))
-        numbers.append(np.full(len(mean), index))
-    every = (np.concatenate(own) for own in (amplitudes, rates, numbers))
-    return WorstLife(node, number, line, *every)
+    # All histories together, as the stress of a place has one sign over the whole duty.
+    (spot,) = spots([(node, number)], analysis.units, joined(*(weights for weights, _ in entries)), whole)
+    ends = np.cumsum([weights.even.shape[1] for weights, _ in entries])
+    rates = [rate for _, rate in entries]
+    mean, amplitude, rate, entry, between = every_cycle(np.split(spot.signed, ends[:-1]), rates, log)
+    amplitude = reversed_amplitude(analysis.fatigue, mean, amplitude, material)
+    return WorstLife(node, number, line, amplitude, rate, entry, between)
 
 
-def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> LifeFigures:
-    mesh, damage = analysis.mesh.whole, worst.damage()
-    total = float(damage.sum())
-    by_entry = np.bincount(worst.entry, damage, len(duty.rpm))
-    largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(duty.rpm)))
+def every_cycle(
+    histories: Sequence[Floats], rates: Sequence[float], log: DutyLog | None = None
+) -> tuple[Floats, Floats, Floats, Ints, Mask]:
+    """Means, amplitudes, rates, entries and `between` (n_cycles,), as of `WorstLife`.
+
+    Each history is a period, of which there are so many an hour; of a log, cycles between its stays follow.
+    """
+    found, visits = [], np.zeros(len(rates)) if log is None else np.bincount(log.visited) / log.hours
+    for number, (signed, rate) in enumerate(zip(histories, rates, strict=True)):
+        mean, amplitude = rainflow(signed)
+        each = np.full(len(mean), rate)
+        if len(mean):
+            each[amplitude.argmax()] -= min(rate, visits[number])
+        found.append((mean, amplitude, each, np.full(len(mean), number), np.zeros(len(mean), dtype=bool)))
+    if log is not None:
+        stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
+        pairs = cycle_ends(stress)
+        pairs = np.take_along_axis(pairs, stress[pairs].argsort(axis=0), axis=0)
+        bins = log.visited[pairs // 2]
+        code = bins[0] * len(histories) + bins[1]
+        _, first, times = np.unique(code, return_index=True, return_counts=True)
+        (low, high), (least, most) = bins[:, first], stress[pairs[:, first]]
+        found.append(((least + most) / 2, (most - least) / 2, times / log.hours, high, low != high))
+    mean, amplitude, each, entry, between = map(np.concatenate, zip(*found, strict=True))
+    return mean, amplitude, each, np.asarray(entry, np.int64), np.asarray(between, np.bool_)
+
+
+def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> LifeFigures:
+    mesh, damage, entries = analysis.mesh.whole, worst.damage(), duty.table.entries
+    total, of_use = float(damage.sum()), duty.table.total_hours
+    by_entry = np.bincount(worst.entry, damage, len(entries))
+    largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(entries)))
     material = analysis.materials[worst.part]
     reliability, assumed = material.marin.reliability, material.basquin is None
     band = band_of(assumed=assumed)
@@ -206,24 +256,43 @@ def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> Life
         band_of=_OF_ASSUMED if assumed else _OF_KNOWN,
         assumed_line=assumed or None,
         endless=hours is None,
-        duties=None if hours is None or duty.hours is None else hours / sum(duty.hours),
+        duties=None if hours is None or of_use is None else hours / of_use,
         at_mm=vector(mesh.points[worst.node]),
         part=list(analysis.mesh.parts)[worst.part],
         damage_per_hour=total,
         largest_range_percent=100 * largest / total if total else None,
         duty=tuple(
             DutyFigures(
-                rpm=rpm,
-                gas=None if duty.gas is None else duty.gas[number],
-                time_percent=100 * share,
+                rpm=entry.rpm,
+                gas=entry.gas,
+                load=entry.load,
+                time_percent=100 * entry.share,
                 damage_percent=100 * float(by_entry[number]) / total if total else None,
                 reversed_amplitude_MPa=float(worst.amplitude[worst.entry == number].max(initial=0.0)),
             )
-            for number, (rpm, share) in enumerate(zip(duty.rpm, duty.shares, strict=True))
+            for number, entry in enumerate(entries)
         ),
         knee_cycles=worst.line.knee,
         endurance_MPa=float(worst.line.limit[0]),
         fatigue_criterion=analysis.fatigue.value,
+    )
+
+
+def _of_log(log: DutyLog, worst: WorstLife, life: LifeFigures, along: Mapping[str, Floats]) -> LogFigures:
+    """What of a log does the damage: its worst stretch of time, and the cycles between speeds."""
+    damage, starts = worst.damage(), along["time_s"]
+    most, total = int(along["damage_percent"].argmax()), float(damage.sum())
+    return LogFigures(
+        file=log.source,
+        load=None if log.kind is None else log.kind.value,
+        hours=log.hours,
+        between_cycles=float(worst.rate[worst.between].sum() * log.hours),
+        between_percent=100 * float(damage[worst.between].sum()) / total if total else None,
+        critical_damage=CRITICAL_DAMAGE,
+        hours_at_critical_damage=None if life.hours is None else CRITICAL_DAMAGE * life.hours,
+        worst_from_s=float(starts[most]),
+        worst_to_s=float(starts[most] + starts[1] - starts[0]),
+        worst_percent=float(along["damage_percent"][most]),
     )
 
 

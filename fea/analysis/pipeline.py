@@ -21,6 +21,7 @@ from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.figures import PassFigures
 from fea.analysis.film import films_at
+from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
@@ -150,6 +151,8 @@ def prepare(
         if study.duty is not None:
             duty = DutyLoads.of(study.duty, loading)
             require_lines(materials)
+    named = ((each, each.name or f"gauge {number}") for number, each in enumerate(study.gauge, 1))
+    gauges = tuple(Gauge.of(each, name, mesh.whole, materials) for each, name in named)
     assembling = AssemblySetup.of(study, mesh)
     structure = _structure(
         study, mesh, materials, loading, assembling=assembling, clock=clock, symbolic=symbolic
@@ -161,6 +164,7 @@ def prepare(
         mesh=mesh,
         loading=loading,
         duty=duty,
+        gauges=gauges,
         structure=structure,
         pins=pins,
         fields=FieldRecovery.of(structure, mesh, pins, known_traction=known_traction),

@@ -13,6 +13,7 @@ from fea.analysis.cycle.rows import counting
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
+from fea.analysis.gauges import Gauge
 from fea.analysis.life import Life, life_of
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
@@ -57,6 +58,7 @@ class PreparedRod:
     study: Study
     mesh: MeshedRod
     loading: Loading  #: the engine, or given forces
+    gauges: tuple[Gauge, ...]  #: on the surface of the whole rod
     duty: DutyLoads | None  #: how long the engine runs at which speeds, where the study says
     structure: PinModelContext  #: stiffness and inertia
     pins: PinModel  #: what loads the rod

@@ -20,8 +20,9 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material
 from fea.judge.cycle_life import HARD, LONGEST, LOW_CYCLE, line_at
-from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
+from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import deviatoric, signed_equivalent
+from fea.judge.rainflow import rainflow
 from fea.judge.reliability import STATIC, BLife, FirstFailure, Place, Scatter, deviation
 from fea.rod.loading import EngineLoading
 from fea.rod.places import place_name

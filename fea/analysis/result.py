@@ -175,6 +175,11 @@ class RunResult:
         """The columns of ``film.csv``; None where no oil film was computed."""
         return {name: values for film in self.films for name, values in film.columns.items()} or None
 
+    @property
+    def log(self) -> Mapping[str, npt.ArrayLike] | None:
+        """The columns of ``log.csv``; None where the duty is not a log."""
+        return None if self.life is None else self.life.log
+
     @cached_property
     def contact(self) -> Arrays | None:
         """The columns of ``contact.csv``; None where there is no contact over the cycle."""

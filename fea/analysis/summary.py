@@ -125,7 +125,10 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
             *_bar_notes(rod, result, governing),
         ),
     )
-    return replace(summary, hand=hand_calculation(rod, result.cases, summary))
+    cycle = result.cycle
+    histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
+    gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
+    return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges or None)
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:

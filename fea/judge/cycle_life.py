@@ -17,7 +17,8 @@ import numpy as np
 
 from fea.base.choices import Fatigue
 from fea.base.material import SCATTER, Basquin, Material
-from fea.judge.fatigue import SHORT, LifeLine, criterion_strength, rainflow, reversed_amplitude
+from fea.judge.fatigue import SHORT, LifeLine, criterion_strength, reversed_amplitude
+from fea.judge.rainflow import rainflow
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
 

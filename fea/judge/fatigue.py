@@ -306,22 +306,3 @@ def require_lines(materials: Iterable[Material]) -> None:
     """Refuse S–N lines that do not fit their material. Raises `InvalidValue` as `LifeLine.of`."""
     for material in materials:
         LifeLine.of(material, np.array([surface.factor for surface in material.marin.surfaces.values()]))
-
-
-def rainflow(history: Floats) -> tuple[Floats, Floats]:
-    """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
-    start = int(np.argmax(history))
-    period = np.concatenate([history[start:], history[: start + 1]])
-    period = period[np.concatenate([[True], np.diff(period) != 0])]
-    rising = np.diff(period) > 0
-    turns = np.concatenate([[True], rising[1:] != rising[:-1], [True]]) if len(period) > 1 else [False]
-    open_: list[float] = []
-    cycles: list[tuple[float, float]] = []
-    for value in period[turns].tolist():
-        open_.append(value)
-        # A range that is not larger than the next one is closed by it.
-        while len(open_) > 2 and abs(open_[-1] - open_[-2]) >= abs(open_[-2] - open_[-3]):
-            cycles.append((open_[-3], open_[-2]))
-            del open_[-3:-1]
-    ends = np.array(cycles).reshape(-1, 2)
-    return ends.mean(axis=1), np.abs(ends[:, 1] - ends[:, 0]) / 2

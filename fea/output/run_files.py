@@ -23,7 +23,7 @@ from fea.output.json_file import json_text
 from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
-from fea.output.text import write_columns, write_text
+from fea.output.text import csv_text, write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
 from fea.pins.yielding import End
 from geometry.arrays import Floats
@@ -122,10 +122,25 @@ def _instants(run: RunResult) -> Iterator[RunFiles]:
 
 def _texts(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
-    columns_of = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film}
-    for name, columns in columns_of.items():
+    files = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film, "log.csv": run.log}
+    for name, columns in files.items():
         if columns is not None:
             yield _one(name, partial(write_columns, columns=columns))
+
+
+def _gauges(run: RunResult) -> Iterator[RunFiles]:
+    if run.summary.gauges:
+        yield _one("gauges.csv", lambda path: write_text(path, csv_text(_gauge_rows(run.summary))))
+
+
+def _gauge_rows(summary: Summary) -> Iterator[tuple[object, ...]]:
+    yield "gauge", "case", "crank_deg", "strain_um_m", "error_um_m", "measured_um_m"
+    for gauge in summary.gauges or ():
+        for case, one in gauge.cases.items():
+            values = summary.loads[case].crank_deg, *vars(one).values()
+            yield gauge.name, case, *(None if value is None else f"{value:.6g}" for value in values)
+        for degree, strain in enumerate(gauge.history_um_m or ()):
+            yield gauge.name, "cycle", degree, f"{strain:.6g}", None, None
 
 
 def _films(run: RunResult) -> Iterator[RunFiles]:
@@ -220,6 +235,7 @@ WRITERS = (
     Writer("write", _cases),
     Writer("write", _instants),
     Writer("write", _texts),
+    Writer("write", _gauges),
     Writer("write", _films),
     Writer("write", _envelope_and_buckling),
     Writer("plot", _plots),

@@ -177,6 +177,20 @@ def life(summary: Summary) -> Iterator[str]:
         yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
 
 
+def log_lines(summary: Summary) -> Iterator[str]:
+    """Yield which part of the log of a duty does the damage, and the hours with FKM's critical damage."""
+    life, log = summary.life, None if summary.life is None else summary.life.log
+    if life is None or log is None or life.hours is None:
+        return
+    worst, between = (number(share, ".2g") for share in (log.worst_percent, log.between_percent))
+    yield (
+        f"That is {number(life.duties, '.2g')} times {log.file}: {worst} % of the damage from "
+        f"{log.worst_from_s:.4g} to {log.worst_to_s:.4g} s, {between} % by {log.between_cycles:.0f} cycles "
+        f"between speeds or loads. With a critical damage of {log.critical_damage:g}, FKM's for varying "
+        f"amplitudes (assumed): {_hours(log.hours_at_critical_damage)}."
+    )
+
+
 def levers(summary: Summary) -> Iterator[str]:
     """Yield what would change the answer, as far as it follows from the figures without a further run."""
     survival, notes = summary.survival, summary.notes
@@ -403,6 +417,7 @@ STATEMENTS = (
     Statement(basis, basis, "results"),
     Statement(governs, governs),
     Statement(life, life, "fatigue"),
+    Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),
     Statement(_notes(NoteKind.DOUBT)),

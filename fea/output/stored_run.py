@@ -67,6 +67,7 @@ class StoredRun:
     forces = cached_property(partial(_columns, name="loads.csv"))
     film = cached_property(partial(_columns, name="film.csv"))
     contact = cached_property(partial(_columns, name="contact.csv"))
+    log = cached_property(partial(_columns, name="log.csv"))
 
     @property
     def bores(self) -> tuple[DrawnBore, ...]:

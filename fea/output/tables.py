@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import Summary
+from fea.analysis.figures import DutyFigures, LifeFigures, Summary
 from fea.base.checks import TITLES
 from fea.base.units import KN, UM
 from fea.judge.verdict import ConvergenceVerdict
@@ -335,6 +335,12 @@ def endurance_tables(summary: Summary) -> Iterator[AnswerTable]:
         yield AnswerTable.of(caption, "part, region", _ENDURANCE, rows)
 
 
+def _duty_entry(life: LifeFigures, entry: DutyFigures) -> str:
+    unit = "bar" if life.log is not None and life.log.load == "boost" else "%"
+    load = "" if life.log is None or entry.load is None else f", {life.log.load} {entry.load:.3g} {unit}"
+    return f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}{load}"
+
+
 def life_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield what each entry of a duty does to the rod at the place that fails first."""
     if (life := summary.life) is None:
@@ -347,7 +353,7 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
         "the largest range of each cycle"
     )
     ordered = sorted(life.duty, key=lambda entry: -(entry.damage_percent or 0.0))
-    rows = [(f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}", entry) for entry in ordered]
+    rows = [(_duty_entry(life, entry), entry) for entry in ordered]
     yield AnswerTable.of(caption, "speed", _DUTY, rows)
 
 
@@ -376,6 +382,30 @@ def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
     error = number(found.sampling_error_percent, ".1g")
     caption += f"; standard deviations: {', '.join(causes)}; error of sampling {error} %"
     yield AnswerTable.of(caption, "what fails", _LIVES, rows)
+
+
+_GAUGES = (
+    TableColumn("strain", "µm/m", "strain_um_m", ".0f"),
+    TableColumn("± of the mesh", "µm/m", "error_um_m", ".0f"),
+    TableColumn("measured", "µm/m", "measured_um_m", ".0f"),
+    TableColumn("computed less measured", "%", "more_percent", ".1f"),
+)
+
+
+def gauge_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the strain of each gauge in each load case, beside what was measured, and over the cycle."""
+    rows: list[tuple[str, Any]] = []
+    for gauge in summary.gauges or ():
+        for case, one in gauge.cases.items():
+            measured = one.measured_um_m
+            more = 100 * (one.strain_um_m / measured - 1) if measured else None
+            rows.append((f"{gauge.name}, {case}", SimpleNamespace(**vars(one), more_percent=more)))
+        every = gauge.history_um_m or ()
+        for what, strain in (("highest", max(every)), ("lowest", min(every))) if every else ():
+            row = SimpleNamespace(strain_um_m=strain, error_um_m=None, measured_um_m=None, more_percent=None)
+            rows.append((f"{gauge.name}, {what} of the cycle", row))
+    if rows:
+        yield AnswerTable.of("Strain gauges: mean strain along the grid", "gauge", _GAUGES, rows)
 
 
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}

@@ -1,16 +1,17 @@
 """What loads the rod, and its load cases at one speed."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from fea.base.note import TRACE, Note, assumption, doubt, omission, warning
-from fea.base.units import RPM
+from fea.base.units import BAR, RPM
+from fea.study.duty_log import LogColumn
 from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.speed_tables import DutyTable
-from geometry.errors import InvalidValue
+from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
-from loads.gas import GasModel
+from loads.gas import GasModel, scaled
 from loads.instants import Instants, given
 from loads.trace import absorbed
 
@@ -107,6 +108,9 @@ class GivenForces:
 Loading = EngineLoading | GivenForces
 
 
+CLOSED_THROTTLE = 0.3  # bar, absolute, in the intake behind it
+
+
 @dataclass(frozen=True)
 class DutyLoads:
     """A duty and its loads."""
@@ -117,7 +121,29 @@ class DutyLoads:
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
         """Read the gas of every entry, else the engine's. Raises `InvalidValue`: a missing key or file."""
-        if table.gas is None:
-            return cls(table, (loading,) * len(table.rpm))
-        of_gas = {gas: loading.with_gas(gas) for gas in table.gas}
-        return cls(table, tuple(of_gas[gas] for gas in table.gas))
+        entries = table.entries
+        if (log := table.read) is not None:
+            charges = [charge(log.kind, entry.load, loading) for entry in entries]
+            return cls(table, tuple(replace(loading, gas=scaled(loading.gas, each)) for each in charges))
+        of_gas = {gas: loading if gas is None else loading.with_gas(gas) for gas in table.gas or (None,)}
+        return cls(table, tuple(of_gas[entry.gas] for entry in entries))
+
+
+def charge(kind: LogColumn | None, load: float | None, engine: EngineLoading) -> float:
+    """Return the charge at a load of a log, over the study's: in proportion to it, above a closed throttle.
+
+    Raises `InvalidValue`: boost beside a trace whose own is not known.
+    """
+    if kind is None or load is None:
+        return 1.0
+    table, traced = engine.table, engine.gas.samples.size > 0
+    closed = min(CLOSED_THROTTLE * BAR / table.intake, 1.0)
+    known = not traced or table.boost_bar is not None or table.intake_pressure_bar is not None
+    rule, remedy = "gives boost, but that of the pressure trace is not known", "Give engine.boost_bar."
+    require(known or kind is not LogColumn.BOOST, "duty.log", f"boost {load:g} bar", rule, remedy)
+    part = {
+        LogColumn.LOAD: load / 100,
+        LogColumn.BOOST: (table.atmosphere + load * BAR) / table.intake,
+        LogColumn.THROTTLE: closed + (1 - closed) * load / 100,
+    }[kind]
+    return float(f"{max(part, closed):.4g}")

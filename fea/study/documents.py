@@ -15,6 +15,7 @@ from typing import Any
 from fea.base.shipped import TomlTable
 from fea.study.all_tables import TABLES
 from fea.study.engine_library import engine_aliases, engine_names
+from fea.study.gauge_table import GaugeTable
 from fea.study.material_table import LIBRARY
 from fea.study.rod_table import sufficient
 from fea.study.tables import Key, hints_of, keys_of, options_of, own_unit, required, stem, unit_of
@@ -54,8 +55,9 @@ _STOPS, _WIDTH = (27, 36, 46), 118
 def template() -> str:
     """Return the commented study."""
     parts = [_HEAD]
-    for name, table in TABLES.items():
-        parts += [*_comment(table.INTRO), f"{'# ' if table.OPTIONAL else ''}[{name}]"]
+    for name, table in {**TABLES, GaugeTable.TABLE: GaugeTable}.items():
+        heading = f"[{name}]" if name in TABLES else f"[[{name}]]"
+        parts += [*_comment(table.INTRO), f"{'# ' if table.OPTIONAL else ''}{heading}"]
         for key, declared in keys_of(table).items():
             parts += [*_comment(declared.above), *_entry(key, declared)]
         parts += ["", *([_PARTS[name].lstrip()] if name in _PARTS else [])]
@@ -122,7 +124,8 @@ def study_schema() -> Schema:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": _TITLE,
         "type": "object",
-        "properties": {name: {"$ref": f"#/$defs/{name}"} for name in TABLES},
+        "properties": {name: {"$ref": f"#/$defs/{name}"} for name in TABLES}
+        | {GaugeTable.TABLE: {"type": "array", "items": _schema_of(GaugeTable)}},
         "required": ["rod"],
         "not": {"required": ["engine", "forces"]},
         "additionalProperties": False,

@@ -2,11 +2,13 @@
 
 import math
 import re
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fea.study.duty_log import LARGEST_RPM, DutyEntry, DutyLog, read_log
 from fea.study.engine_table import located_gas
-from fea.study.tables import Positive, StudyTable, key, quantity, within
+from fea.study.files import located
+from fea.study.tables import Positive, StudyTable, entries_of, key, quantity, within
 from geometry.errors import InvalidValue, require, require_number
 
 _FORMS = 'Write 6000, 800,3000,6000 or 800:9000:200 (both ends included), in rpm or with a unit: "100 Hz".'
@@ -74,8 +76,6 @@ def _range(text: str) -> list[float]:
     return speeds
 
 
-# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
-LARGEST_RPM = 50_000.0
 DEFAULT_RPM = 6000.0
 
 
@@ -118,21 +118,33 @@ class DutyTable(
     StudyTable,
     table="duty",
     intro="How long the engine runs at which speeds, for the life of the rod; switches the crank cycle on. "
-    "Without [speed] these speeds are run. Needs the S-N line of [material] or of its preset.",
+    "Without [speed] these speeds are run, of a log its highest. Needs the S-N line of [material] or of its "
+    "preset.",
     optional=True,
 ):
-    """[duty]: speeds with the hours at each, or with their shares of the time."""
+    """[duty]: speeds with the hours at each, or with their shares of the time; or a log."""
 
-    rpm: tuple[Positive, ...] = key("[2000, 4000, 6000]", "", default=MISSING)
+    rpm: tuple[Positive, ...] | None = key("[2000, 4000, 6000]")
     hours: tuple[Positive, ...] | None = key("[600, 350, 50]", "of a stretch of use, a value for each speed")
     share_percent: tuple[Positive, ...] | None = key("[60, 35, 5]", "instead of hours")
     gas: tuple[str, ...] | None = key(
         '["motored", "otto", "otto"]', "a value for each speed, as gas in [engine]; default: that one"
     )
+    log: str | None = key(
+        '"lap.csv"',
+        "instead of all these, a file with columns of time, rpm and, if known, load (percent of full load), "
+        "boost (gauge) or throttle (percent); headings name them and their units, such as time [s]",
+    )
 
     def __post_init__(self) -> None:
-        require(len(self.rpm) > 0, "duty.rpm", [], "must contain at least one speed")
-        count, rule = len(self.rpm), f"must contain at most {MOST_ENTRIES} speeds"
+        if self.log is not None:
+            others = [name for name in entries_of(self) if name != "log"]
+            rule = "cannot be combined with duty.log, which gives it"
+            require(not others, f"duty.{', '.join(others)}", None, rule, "Remove one of them.")
+            return
+        speeds = self.rpm or ()
+        require(len(speeds) > 0, "duty.rpm", [], "must contain at least one speed", "Give speeds, or a log.")
+        count, rule = len(speeds), f"must contain at most {MOST_ENTRIES} speeds"
         require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
         if (self.hours is None) == (self.share_percent is None):
             rule = "is missing" if self.hours is None else "cannot be combined with share_percent"
@@ -141,26 +153,45 @@ class DutyTable(
         super().__post_init__()
         for name in ("hours", "share_percent", "gas"):
             given = getattr(self, name)
-            rule = f"must have as many values as duty.rpm ({len(self.rpm)})"
-            require(given is None or len(given) == len(self.rpm), f"duty.{name}", list(given or ()), rule)
+            rule = f"must have as many values as duty.rpm ({len(speeds)})"
+            require(given is None or len(given) == len(speeds), f"duty.{name}", list(given or ()), rule)
         if self.share_percent is not None:
             total, rule = sum(self.share_percent), "must add up to 100"
             whole = abs(total - 100) <= _ROUNDING_PERCENT
             require(whole, "duty.share_percent", list(self.share_percent), f"{rule}, not to {total:g}")
 
     @property
-    def shares(self) -> tuple[float, ...]:
-        """Share of the time at each speed; they add up to 1."""
-        given = self.hours or self.share_percent or ()
-        return tuple(value / sum(given) for value in given)
+    def read(self) -> DutyLog | None:
+        """The log, if there is one. Raises `InvalidValue` as `read_log`."""
+        return None if self.log is None else read_log(Path(self.log))
+
+    @property
+    def entries(self) -> tuple[DutyEntry, ...]:
+        """Speeds with their shares of the time, which add up to 1; errors as of `read`."""
+        if (log := self.read) is not None:
+            return log.bins
+        rpm, given = self.rpm or (), self.hours or self.share_percent or ()
+        shares = (value / sum(given) for value in given)
+        return tuple(map(DutyEntry, rpm, shares, self.gas or (None,) * len(rpm)))
+
+    @property
+    def total_hours(self) -> float | None:
+        """Hours of the duty, where it has any; errors as of `read`."""
+        of_log = None if self.log is None else read_log(Path(self.log)).hours
+        return sum(self.hours) if self.hours else of_log
 
     @property
     def speeds(self) -> tuple[float, ...]:
         """Speeds, rpm, each once."""
-        return tuple(dict.fromkeys(self.rpm))
+        return tuple(dict.fromkeys(entry.rpm for entry in self.entries))
+
+    @property
+    def run_speeds(self) -> tuple[float, ...]:
+        """Speeds, rpm, that are run where [speed] gives none: of a log, the highest."""
+        return self.speeds if self.log is None else (max(self.speeds),)
 
     def located(self, folder: Path) -> "DutyTable":
         """Return the table with the paths of files made absolute."""
-        if self.gas is None:
-            return self
-        return replace(self, gas=tuple(located_gas("duty.gas", gas, folder) for gas in self.gas))
+        gas = self.gas and tuple(located_gas("duty.gas", gas, folder) for gas in self.gas)
+        log = None if self.log is None else str(located("duty.log", self.log, folder))
+        return replace(self, gas=gas, log=log)

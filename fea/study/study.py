@@ -16,6 +16,7 @@ from fea.study.engine_library import engine_preset
 from fea.study.engine_table import EngineTable, with_preset
 from fea.study.files import beside, is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
+from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
     PINS,
@@ -68,6 +69,7 @@ class Study:
     assembly: AssemblyTable | None = None
     optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
+    gauge: tuple[GaugeTable, ...] = ()
     folder: Path = field(default_factory=Path.cwd)  #: where relative paths in the study start
 
     def __post_init__(self) -> None:
@@ -106,9 +108,11 @@ class Study:
             self.forces.pin()
 
     def _require_cycle(self, duty: DutyTable) -> None:
-        SpeedTable(duty.speeds).speeds()
+        if duty.rpm is not None:
+            SpeedTable(duty.speeds).speeds()
         rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
-        require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
+        name, value = ("duty.log", duty.log) if duty.rpm is None else ("duty.rpm", list(duty.rpm))
+        require(self.forces is None, name, value, rule, remedy)
         rule = "cannot be switched off with [duty], whose life is that of crank cycles"
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
@@ -155,8 +159,9 @@ class Study:
         """Refuse a study in which nothing loads the rod, or nothing balances the load.
 
         Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
-        balances.
+        balances, or the log of a duty cannot be read.
         """
+        _ = self.duty and self.duty.entries  # a log is read before anything is meshed
         if self.forces is None:
             self.require_engine()
         elif self.analysis.support is not choices.Support.CLAMPED:
@@ -235,7 +240,7 @@ class Study:
     def engine_speeds(self, engine: EngineTable) -> tuple[float, ...]:
         """Return the speeds, rpm: of [speed], or of [duty], or the redline of a library's engine, or 6000."""
         if self.speed.rpm is None and self.duty is not None:
-            return SpeedTable(self.duty.speeds).speeds()
+            return SpeedTable(self.duty.run_speeds).speeds()
         preset = engine.library()
         return self.speed.speeds(DEFAULT_RPM if preset is None else preset.redline_rpm)
 
@@ -325,7 +330,7 @@ class Study:
         """Young's modulus, MPa, and Poisson's ratio of the pins whose material is given, by their names."""
         return {name: self.part_material[name].stiffness() for name in PINS if name in self.part_material}
 
-    def as_dict(self) -> dict[str, TomlTable]:
+    def as_dict(self) -> TomlTable:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
@@ -341,7 +346,7 @@ class Study:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             if name not in tables and used.get(name, True) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
-        return tables
+        return tables | ({"gauge": [entries_of(each) for each in self.gauge]} if self.gauge else {})
 
     @property
     def in_contact(self) -> bool:
@@ -397,8 +402,8 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
 def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     """Return a study from the tables of its file; errors as `parse_study`."""
     for key in raw:
-        if key not in TABLES:
-            raise unknown_key(f"{name}.toml:", key, TABLES)
+        if key not in (*TABLES, "gauge"):
+            raise unknown_key(f"{name}.toml:", key, (*TABLES, "gauge"))
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
@@ -410,7 +415,8 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     for key in ("engine", "duty"):
         if key in tables:
             tables[key] = tables[key].located(folder)
-    return Study(name, rod, part_material=part_material, folder=folder, **tables)
+    gauges = read_gauges(raw.get("gauge", []))
+    return Study(name, rod, part_material=part_material, gauge=gauges, folder=folder, **tables)
 
 
 def with_own_units(raw: Mapping[str, Any]) -> TomlTable:

@@ -88,13 +88,14 @@ def speed_of(name: str) -> float | None:
     return None if match is None else float(match[1])
 
 
-def read_text(path: Path) -> str:
-    """Read a text file in one of the encodings above. Raises `InvalidValue`: missing, large or binary."""
+def read_text(path: Path, name: str = "engine.gas", largest: int = LARGEST_TRACE) -> str:
+    """Read a text file, whose key is `name`. Raises `InvalidValue`: missing, of more bytes, or binary."""
+    remedy = _REMEDY if name == "engine.gas" else ""
     try:
-        require_size("engine.gas", path, LARGEST_TRACE)
+        require_size(name, path, largest)
         raw = path.read_bytes()
     except OSError as error:
-        raise InvalidValue("engine.gas", str(path), f"cannot be read ({error.strerror})", _REMEDY) from error
+        raise InvalidValue(name, str(path), f"cannot be read ({error.strerror})", remedy) from error
     # Latin-1 gives every byte a meaning: a degree sign of an older export is right, binary data is refused
     # for its control characters.
     wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -106,7 +107,7 @@ def read_text(path: Path) -> str:
         if _CONTROL.search(text) is None:
             return text
         break
-    raise InvalidValue("engine.gas", str(path), "cannot be read (it is not a text file)", _REMEDY)
+    raise InvalidValue(name, str(path), "cannot be read (it is not a text file)", remedy)
 
 
 def find_table(text: str, source: str) -> TraceTable:
@@ -121,6 +122,24 @@ def find_table(text: str, source: str) -> TraceTable:
     form = _form([line for line in sample if not line.is_comment], source)
     start = next(i for i, line in enumerate(sample) if not line.is_comment and form.fits(line))
     return _rows(lines[start:], form, _names(sample[:start], sample[start], form, source), source)
+
+
+def find_long_table(text: str, source: str) -> TraceTable:
+    """As `find_table`, which looks at every line: of a million, only the first are looked at, if all fit."""
+    lines = text.splitlines()
+    head = find_table("\n".join(lines[:_SAMPLE]), source)
+    sample = [_TextLine(0, line) for line in lines[:_SAMPLE] if line.strip()]
+    form, start = _form([line for line in sample if not line.is_comment], source), head.lines[0] - 1
+    rows = [line.replace(",", ".") for line in lines[start:]] if form.comma else lines[start:]
+    try:
+        values = np.loadtxt(
+            rows, comments=None, delimiter=form.separator, usecols=form.numbers, quotechar='"', ndmin=2
+        )
+    except ValueError:
+        return find_table(text, source)
+    if len(values) != len(rows) or not np.isfinite(values).all():  # comments and blank lines among the rows
+        return find_table(text, source)
+    return TraceTable(source, head.names, form.numbers, values, tuple(range(start + 1, len(lines) + 1)))
 
 
 def _cells(text: str, separator: str | None) -> list[str]:

@@ -7,13 +7,15 @@ import pytest
 from studies import PLAIN
 
 from fea.analysis import pipeline
-from fea.analysis.life import COUNTED
+from fea.analysis.life import COUNTED, every_cycle
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
 from fea.judge.fatigue import LifeLine, reversed_amplitude
+from fea.judge.rainflow import rainflow
 from fea.machine.clock import Clock
 from fea.rod.loading import DutyLoads
+from fea.study.duty_log import parse_log
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import MeshTable
 from fea.study.speed_tables import DutyTable
@@ -57,7 +59,7 @@ def by_envelopes(rod, cycles, entries):
 
 
 def test_damage_is_summed_at_every_node(rod, cycles):
-    expected = by_envelopes(rod, cycles, list(zip(SPEEDS, DUTY.shares, strict=True))).sum(axis=0)
+    expected = by_envelopes(rod, cycles, [(rpm, share) for rpm, share, *_ in DUTY.entries]).sum(axis=0)
     life = rod.life
     # Every range is counted at the worst nodes and their images: never less than the largest alone.
     more = ~np.isclose(life.damage, expected, rtol=1e-5, atol=0)
@@ -227,3 +229,49 @@ def test_a_duty_needs_an_engine():
     forces = load_study("leon-2001-as-published")
     with pytest.raises(InvalidValue, match=r"duty.rpm.*\[forces\]"):
         Study(forces.name, forces.rod, forces=forces.forces, duty=DUTY)
+
+
+def log_table(tmp_path, speeds):
+    lines = "".join(f"{0.5 * k:g},{rpm}\n" for k, rpm in enumerate(speeds))
+    (tmp_path / "lap.csv").write_text(f"time [s],rpm\n{lines}")
+    return DutyTable(log=str(tmp_path / "lap.csv"))
+
+
+def test_a_log_of_one_speed_has_the_life_of_that_speed(rod, tmp_path):
+    alone = life_of(rod, DutyTable((6500.0,), hours=(1.0,))).figures
+    logged = life_of(rod, log_table(tmp_path, [6500] * 20))
+    # Of all its cycles one is counted as that of the only stay.
+    assert logged.figures.hours == pytest.approx(alone.hours, rel=1e-9)
+    assert logged.figures.at_mm == alone.at_mm
+    assert logged.figures.log.between_percent == 0
+    assert logged.figures.duties == pytest.approx(logged.figures.hours / (10 / 3600))
+    assert logged.log["damage_percent"].sum() == pytest.approx(100)
+
+
+def test_a_lower_speed_within_the_range_of_a_higher_one_adds_no_cycles(rod, tmp_path):
+    logged = life_of(rod, log_table(tmp_path, ([3000] * 6 + [6500] * 4) * 5)).figures
+    shares = life_of(rod, DutyTable((3000.0, 6500.0), share_percent=(60.0, 40.0))).figures
+    assert logged.log.between_cycles == 0
+    assert logged.hours == pytest.approx(shares.hours, rel=1e-6)
+    assert logged.log.hours_at_critical_damage == pytest.approx(0.3 * logged.hours)
+
+
+def test_stays_and_the_cycles_between_them_are_those_of_the_whole_history(tmp_path):
+    # Every period of every stay one after the other, counted at once.
+    random = np.random.default_rng(3)
+    stays = random.integers(0, 4, 60)
+    lines = "".join(f"{k},{2000 + 1000 * cell}\n" for k, cell in enumerate(np.repeat(stays, 2)))
+    log = parse_log(f"time [s],rpm\n{lines}", "lap.csv")
+    periods = 10  # of the histories in a second
+    histories = [
+        np.array([high, 0.1, low, 0.2]) for high, low in zip((3.0, 5, 8, 12), (-4.0, -3, -6, -2), strict=True)
+    ]
+    whole = np.concatenate([np.tile(histories[cell], periods) for cell in log.bin_of])
+    rates = [3600 * periods * each.share for each in log.bins]
+    mean, amplitude, rate, _, between = every_cycle(histories, rates, log)
+    assert between.any()
+    expected = rainflow(whole)
+    hours = len(whole) / 4 / periods / 3600
+    for own in (0.0, 1.0, 8.0):
+        assert (rate * amplitude**own).sum() * hours == pytest.approx((expected[1] ** own).sum(), rel=1e-9)
+    assert (rate * mean * amplitude**5).sum() * hours == pytest.approx((expected[0] * expected[1] ** 5).sum())

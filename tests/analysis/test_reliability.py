@@ -15,7 +15,8 @@ from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.analysis.reliability import _cycles, _places, reliability_figures, scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.judge.cycle_life import cycle_life
-from fea.judge.fatigue import rainflow, reversed_amplitude
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.rainflow import rainflow
 from fea.judge.reliability import STATIC, FirstFailure, Scatter, deviation
 from fea.output.statements import b_lives
 from fea.output.statements import life as life_lines

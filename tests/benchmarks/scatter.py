@@ -16,7 +16,8 @@ import fea.analysis.cycle.figures as cycle_figures
 from fea import analyse, load_study
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.reliability import _places, scatter_of
-from fea.judge.fatigue import rainflow, reversed_amplitude
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.rainflow import rainflow
 from fea.study.scatter_table import ScatterTable
 
 CAUGHT = []

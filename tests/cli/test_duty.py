@@ -52,3 +52,50 @@ def test_a_duty_that_is_none_leaves_nothing(tmp_path):
     assert done.returncode == 2
     assert "duty.share_percent" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+LOGGED = """[duty]
+log = "lap.csv"
+[[gauge]]
+name = "shank"
+at_mm = [72.0, 4.2, 6.0]
+direction = [1, 0, 0]
+length_mm = 3.0
+measured = [1500.0, -800.0, -700.0, 100.0, -900.0]
+"""
+
+
+def test_a_log_and_gauges_leave_their_files_and_their_sections(tmp_path):
+    head, _, rest = STUDY.partition("[duty]")
+    (tmp_path / "logged.toml").write_text(head + rest[rest.index("\n[") + 1 :] + LOGGED)
+    lines = "".join(f"{0.05 * k:.2f},{4000 if k % 40 < 30 else 6000}\n" for k in range(400))
+    (tmp_path / "lap.csv").write_text(f"time [s],rpm\n{lines}")
+    done = fea("run", "logged.toml", "--report", "--verbose", "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rpm"] == 6000
+    assert summary["life"]["log"]["hours"] == pytest.approx(20 / 3600)
+    said = flowing(done.stdout)
+    assert "times lap.csv: " in said
+    assert "With a critical damage of 0.3" in said
+    assert (tmp_path / "out" / "log.csv").read_text().startswith("time_s,rpm,damage_percent\n")
+    rows = (tmp_path / "out" / "gauges.csv").read_text().splitlines()
+    assert len(rows) == 1 + 5 + 721
+    assert rows[1].startswith("shank,tension,")
+    assert rows[1].endswith(",1500")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(
+        name in page for name in ('id="chart-log-damage"', "Strain gauges", "shank, highest of the cycle")
+    )
+    # Without the log, the run is still read; a gauge beside the rod is refused before anything is solved.
+    (tmp_path / "lap.csv").unlink()
+    again = fea("report", "out", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    (tmp_path / "far.toml").write_text(
+        (tmp_path / "logged.toml").read_text().replace("72.0, 4.2", "72.0, 40")
+    )
+    (tmp_path / "lap.csv").write_text(f"time [s],rpm\n{lines}")
+    refused = fea("run", "far.toml", "--out", "far", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert "from the free surface of the rod" in refused.stderr
+    assert not (tmp_path / "far").exists()

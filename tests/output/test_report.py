@@ -26,7 +26,7 @@ from fea.analysis.motion import SolvedInstant, agreeing
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
-from fea.output.plots.chart import chart
+from fea.output.plots.chart import chart, log_chart
 from fea.output.report.assumptions import limits
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
@@ -396,11 +396,22 @@ def test_a_chart_spans_the_cycle_of_its_engine(last, fires):
     drawn = chart(("a", "b", "kN"), degrees, {"": degrees}, {"end": float(last)})
     assert drawn.last == last
     assert drawn.moving()["last"] == last
-    assert drawn.grid[0] == (58.0, 0)
-    assert drawn.grid[-1] == (590.0, last)
+    assert drawn.grid[0] == (58.0, "0°")
+    assert drawn.grid[-1] == (590.0, f"{last}°")
     assert drawn.marks[0][0] == drawn.curves[0][-1][0] == 590.0
     assert [name for _, name in drawn.centres if name.startswith("firing")] == fires
     assert [place for place, _ in drawn.centres] == pytest.approx(np.linspace(58, 590, last // 180 + 1))
+
+
+def test_a_chart_of_a_log_runs_over_its_time_and_keeps_every_peak():
+    times, values = np.arange(40.0, 160.0, 0.5), np.ones(240)
+    values[101] = 7.0
+    drawn = log_chart(("a", "b", "%"), times, values)
+    assert [label for _, label in drawn.grid] == ["50 s", "75 s", "100 s", "125 s", "150 s"]
+    assert drawn.centres == []
+    assert drawn.series == ()  # the slider of the crank does not move in it
+    assert min(y for _, y in drawn.curves[0]) < min(y for _, y in drawn.curves[0][:100])
+    assert drawn.description == "most at 90.5 s"
 
 
 def test_what_rounding_leaves_of_a_force_is_drawn_as_zero():

@@ -7,15 +7,14 @@ from typing import TypeVar
 import numpy as np
 
 from fea.base.units import BAR, RPM
-from fea.rod.loading import EngineLoading
+from fea.rod.loading import CLOSED_THROTTLE, EngineLoading
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
 from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled, scaled
 
-# Absolute pressure in the intake behind a closed throttle at high speed, bar, and the compression ratio where
-# the study gives none: the pull at the dead centre of gas exchange does not depend on it.
-CLOSED_THROTTLE, _COMPRESSION = 0.3, 10.0
+# Compression ratio where the study has none: the pull at the dead centre of gas exchange does not need it.
+_COMPRESSION = 10.0
 # Share of the torque that friction and the drive of auxiliaries leave (Heywood 1988, §2.4: 0.9 at full load
 # and low speed to 0.75 at the highest).
 MECHANICAL_EFFICIENCY = 0.85

@@ -20,8 +20,9 @@ from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
 from fea.judge.cycle_life import with_line
-from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
+from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
+from fea.judge.rainflow import rainflow
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
 

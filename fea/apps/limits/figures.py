@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.figures import Figures
 from fea.analysis.pipeline import RefinedRod
-from fea.apps.limits.engine import CLOSED_THROTTLE, MECHANICAL_EFFICIENCY
+from fea.apps.limits.engine import MECHANICAL_EFFICIENCY
 from fea.apps.limits.explore import LEAST_GAS, RodLimits, SafeLimit
 from fea.apps.limits.factors import ONSETS, FailureMode
 from fea.apps.limits.limit_map import MOST_PEAK, LimitPoint, ending, least_of
@@ -15,6 +15,7 @@ from fea.base.note import Note, assumption, by_consequence, omission, warning
 from fea.base.shipped import shipped_toml
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
+from fea.rod.loading import CLOSED_THROTTLE
 from fea.study.study import Study
 from geometry.arrays import Floats
 from loads.gas import Otto

@@ -9,9 +9,10 @@ from fea.base.choices import Finish
 from fea.output.json_file import JsonObject
 from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
 from fea.rod.loading import EngineLoading
+from fea.study.duty_log import LARGEST_RPM
 from fea.study.material_table import LIBRARY, MaterialTable, library_material
 from fea.study.option_tables import ContactTable
-from fea.study.speed_tables import LARGEST_RPM, SpeedTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from fea.study.tables import checked, entries_of, hints_of, unit_of
 from geometry.dimensions import key as key_of

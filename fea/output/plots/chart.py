@@ -4,7 +4,7 @@ matplotlib takes long to load.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -48,6 +48,7 @@ class Chart:
     marks: tuple[tuple[float, int, str, bool], ...]
     series: tuple[tuple[float, ...], ...]  #: (n_curves, last + 1) values at every degree, for the slider
     last: int = 720  #: crank angle at which the cycle ends, degrees; 360 of a two-stroke engine
+    times: tuple[tuple[float, str], ...] = ()  #: places and labels of the vertical lines, not of crank angles
 
     @property
     def lines(self) -> list[str]:
@@ -55,13 +56,16 @@ class Chart:
         return [" ".join(f"{x:g},{y:g}" for x, y in curve) for curve in self.curves]
 
     @property
-    def grid(self) -> list[tuple[float, int]]:
-        """Places and crank angles of the vertical lines."""
-        return [(across(angle, self.last), angle) for angle in range(0, self.last + 1, self.last // 8)]
+    def grid(self) -> list[tuple[float, str]]:
+        """Places and labels of the vertical lines: crank angles, or times."""
+        angles = range(0, self.last + 1, self.last // 8)
+        return list(self.times) or [(across(angle, self.last), f"{angle}°") for angle in angles]
 
     @property
     def centres(self) -> list[tuple[float, str]]:
         """Places and names of the dead centres."""
+        if self.times:
+            return []
         names = ["TDC", "BDC", "firing TDC", "BDC", "TDC"] if self.last > 360 else ["firing TDC", "BDC"] * 2
         return [(across(180 * k, self.last), name) for k, name in enumerate(names[: self.last // 180 + 1])]
 
@@ -113,6 +117,15 @@ def chart(
         series=tuple(tuple(float(f"{value:.4g}") for value in row) for row in values),
         last=end,
     )
+
+
+def log_chart(heading: tuple[str, str, str], times: Floats, values: Floats) -> Chart:
+    """Lay out a curve (n,), in the unit of the heading, over the times of a log, s, evenly spaced."""
+    drawn = chart(heading, np.linspace(0.0, 720.0, 2 * len(times)), {"": np.repeat(values, 2)}, {})
+    step = round_up((span := float(times[-1] - times[0])) / _STEPS)
+    labels = np.arange(np.ceil(times[0] / step), np.floor(times[-1] / step) + 1) * step
+    places = tuple((across(720 * (at - times[0]) / span), f"{at:g} s") for at in labels.tolist())
+    return replace(drawn, times=places, series=(), description=f"most at {times[values.argmax()]:.4g} s")
 
 
 def across(degrees: float, last: int = 720) -> float:
@@ -192,7 +205,7 @@ def _picture(drawn: Chart, remark: str) -> Image.Image:
     text(WIDTH / 2, LEVEL - above, f"{drawn.title}, {drawn.unit}", "mm", _TITLE)
     for x, degrees in drawn.grid:
         line([(x, TOP), (x, BOTTOM)], _GRID)
-        text(x, BOTTOM + 5, f"{degrees}", "ma")
+        text(x, BOTTOM + 5, degrees.rstrip("°"), "ma")
     for y, label in drawn.ticks:
         line([(LEFT, y), (RIGHT, y)], _GREY if label == "0" else _GRID)
         text(LEFT - 5, y, label, "rm")

@@ -173,7 +173,8 @@ _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=T
 
 def _with_charts(drawn: DrawnRod, parts: Sequence[ReportSection]) -> JsonObject:
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"]) or drawn.header["films"]
-    charts = [chart.moving() for part in parts for chart in part.content.get("charts", ())] if turns else []
+    drawings = [chart for part in parts for chart in part.content.get("charts", ()) if chart.series]
+    charts = [chart.moving() for chart in drawings] if turns else []
     return {**drawn.header, "charts": charts}
 
 

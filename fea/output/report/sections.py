@@ -12,7 +12,7 @@ from fea.output import tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
-from fea.output.plots.chart import Chart, chart
+from fea.output.plots.chart import Chart, chart, log_chart
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.notes import note_groups
 from fea.output.statements import full_statements
@@ -51,7 +51,7 @@ _GIVEN, _DEFAULT = "the study", "the program's default"
 
 def input_tables(study: Study) -> Iterator[AnswerTable]:
     """Yield all inputs of a study, but those that say where results are written, and where they come from."""
-    for name, values in study.as_dict().items():
+    for name, values in replace(study, gauge=()).as_dict().items():  # gauges have a table of their own
         nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if key not in nested}
         title = _TITLES.get(name, name.replace("_", " ").capitalize())
@@ -154,10 +154,12 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield from _answer(summary, "loads", "Loads", loads, text=angles, charts=charts, open_tables=open_tables)
     yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
     yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
+    yield from _answer(summary, "gauges", "Strain gauges", tables.gauge_tables(summary))
     if (cycle := summary.cycle) is not None:
         at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
         least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
         histories, text = [_history_chart(summary, cycle)], [least, _SIGN]
+        histories += [] if run.log is None else _log_charts(run.log)
         fatigue = tables.fatigue_tables(summary)
         yield from _answer(
             summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories, open_tables=0
@@ -230,6 +232,12 @@ def _film_charts(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Iterato
         yield chart((f"chart-{name}", title, given), degrees, curves, marks(summary))
 
 
+def _log_charts(log: Mapping[str, npt.ArrayLike]) -> Iterator[Chart]:
+    times, speed, damage = (np.asarray(log[name], float) for name in ("time_s", "rpm", "damage_percent"))
+    yield log_chart(("chart-log-rpm", "Highest speed of the log", "rpm"), times, speed)
+    yield log_chart(("chart-log-damage", "What eats the rod: share of the damage", "%"), times, damage)
+
+
 _FILM_CHARTS = (
     ("h_min_um", "Smallest film", "µm"),
     ("p_max_MPa", "Highest pressure", "MPa"),
@@ -266,6 +274,7 @@ def study_text(run: Run) -> str:
     text, study = run.study.text(), run.study
     named = [study.engine.gas] if study.engine is not None else []
     named += [str(file.path) for file in (study.rod.cad, study.rod.mesh) if file is not None]
+    named += [study.duty.log] if study.duty is not None and study.duty.log is not None else []
     for path in named:
         text = text.replace(path, path.replace("\\", "/").rpartition("/")[2])
     return text

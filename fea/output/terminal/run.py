@@ -57,6 +57,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     if verbose:
         printed += _captioned([*parts[:1], *tables.contact_tables(summary), *tables.fatigue_tables(summary)])
         more = [*tables.buckling_tables(summary), *hand_tables(summary), *head_clearance_tables(summary)]
+        more += tables.gauge_tables(summary)
         printed += _captioned(more)
         lines = [*statements.full_statements(summary), *prose.in_full((*summary.notes, *summary.left_out))]
         lines.append(f"{summary.model.nodes} nodes, {_model(summary)}")
