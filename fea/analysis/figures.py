@@ -259,6 +259,7 @@ class PlaceFigures(Figures):
     crossland_safety_factor: SafetyFactor | None
     endurance_MPa: WhereKnown[float] = None  #: with the factor of its region of the surface
     surface_region: WhereKnown[str] = None  #: none inside the solid
+    support_factor: WhereKnown[float] = None  #: of the gradient of stress, contained in that limit
 
 
 class SpotFigures(PlaceFigures):
@@ -283,8 +284,9 @@ class CycleLifeFigures(Figures):
     high_hours: float | None
     band_percent: float
     cycles: float | None
-    assumed: bool  #: whether the S–N line is assumed from the strengths
+    assumed: bool  #: whether the line of the life is assumed from the strengths
     unlimited: bool
+    by_strain: bool  #: whether the cycles, below 10⁴, are those of local strain; else indicative there
 
 
 class CycleFigures(Figures):
@@ -308,6 +310,8 @@ class EnvelopeFigures(CycleFigures):
     """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
 
     fatigue: SpotFigures | None
+    #: where the local stress counts fully: the smallest of all places
+    min_fatigue_safety_factor_without_support: WhereKnown[float] = None
     life: WhereKnown[CycleLifeFigures] = None
     max_von_mises_MPa: float
     max_principal_MPa: float

@@ -91,6 +91,8 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     """
     unknown = tuple(_unknown(analysis))
     table, entries = duty.table, []
+    fastest = int(np.argmax(table.rpm))
+    analysis = analysis.supported(duty.loadings[fastest].crank_cycle(mass, table.rpm[fastest]))
     for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
         # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases

@@ -209,6 +209,10 @@ def _endurance(summary: Summary) -> Iterator[str]:
     regions = (limit.regions.get(spot.surface_region or "") for limit in limits)
     surfaces = [surface for surface in regions if surface is not None]
     finish = f" ({_finish(surfaces[0])})" if surfaces else ""
+    least, gain = envelope.min_fatigue_safety_factor_without_support, spot.support_factor
+    if least is not None and gain is not None:
+        times = f"{number(gain, '.3g')} by the gradient of stress"
+        finish += f", times {times} (without support of gradients the factor is {number(least, '.3g')})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
     what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
@@ -243,9 +247,11 @@ def cycle(summary: Summary) -> Iterator[str]:
 
 def _lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
-    if life.cycles is not None and life.cycles < LOW_CYCLE:
-        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
+    if not _determined(life):
+        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
     line = "assumed S–N line" if life.assumed else "S–N line"
+    if life.by_strain:
+        line = f"low-cycle: Coffin–Manson with {'assumed' if life.assumed else 'known'} constants"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
     of = f"({line}, strength ± {life.band_percent:.0f} %)"
     return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
@@ -253,13 +259,18 @@ def _lasts(life: CycleLifeFigures, speed: str) -> str:
 
 def lasting(life: CycleLifeFigures) -> str:
     """Return the range of the hours at one speed, in words."""
-    if life.cycles is not None and life.cycles < LOW_CYCLE:
+    if not _determined(life):
         return "minutes"
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
         return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
     high = "unlimited" if life.high_hours is None else _hours(life.high_hours)
     return f"{_hours(life.low_hours)} to {high}"
+
+
+def _determined(life: CycleLifeFigures) -> bool:
+    """Whether the hours are not merely those of elastic stress at so few cycles that it is not elastic."""
+    return life.cycles is None or life.cycles >= LOW_CYCLE or life.by_strain
 
 
 def _hours(hours: float | None) -> str:

@@ -9,6 +9,7 @@ from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.criteria import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.rows import SpannedRod
+from fea.analysis.cycle.support import EVERY, relative_gradients
 from fea.analysis.cycle.unit_solutions import PlaceHistory, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
 from fea.base.note import SINGULAR, Note, warning
@@ -142,11 +143,12 @@ class CycleAnalysis(SpannedRod):
         apart = self._differences(at_peaks, solved, top)
         while small is not None and small.corrected(cycle, at_peaks, apart * top[0]):
             apart = self._differences(at_peaks, solved, top)
-        extremes, multiaxial = self._extremes(self.units, full, instants, count, counts)
+        judged = self._supported(full.at(np.r_[0:count:EVERY, count : len(instants)]))
+        extremes, multiaxial = judged._extremes(self.units, full, instants, count, counts)
         certain = True
         if small is not None:
-            nodes, certain = self._made_exact(small, cycle, instants, extremes, counts)
-            exact, multiaxial = self._extremes(self.units.of(nodes), full, instants, count, counts)
+            nodes, certain = judged._made_exact(small, cycle, instants, extremes, counts)
+            exact, multiaxial = judged._extremes(self.units.of(nodes), full, instants, count, counts)
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
@@ -171,7 +173,7 @@ class CycleAnalysis(SpannedRod):
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
             counts=counts,
-            regions=self.regions.at(whole.source),
+            regions=judged.regions.at(whole.source),
             weights=of_degrees,
             known_notes=(
                 *fatigue_notes(self.materials, self.fatigue, cycle.engine.strokes),
@@ -181,6 +183,16 @@ class CycleAnalysis(SpannedRod):
             touches=contacts.touches,
             states=contacts.states,
         )
+
+    def supported(self, cycle: CrankCycle) -> "CycleAnalysis":
+        """Return it with the support of the surface by the gradients of stress over a cycle."""
+        return self._supported(self.basis.full(cycle.at(cycle.degrees.crank_angle[::EVERY]), cycle))
+
+    def _supported(self, full: Weights) -> "CycleAnalysis":
+        if not any(material.support for material in self.materials):
+            return self
+        gradient = relative_gradients(self, self.basis.projected(full))
+        return replace(self, regions=replace(self.regions, gradient=gradient))
 
     def _extremes(
         self, units: UnitSolutions, full: Weights, instants: Instants, degrees: int, counts: Mask
