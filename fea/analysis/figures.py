@@ -297,6 +297,8 @@ class CycleFigures(Figures):
     where: WhereKnown[str] = None  #: in words
     crank_deg: float | None
     min_fatigue_safety_factor: SafetyFactor | None
+    #: where the local stress counts fully: the smallest of all places
+    min_fatigue_safety_factor_without_support: WhereKnown[float] = None
     fatigue_error_percent: WhereKnown[float] = None  #: error bar of the stress behind the smallest factor
     fatigue_criterion: str
     fatigue: PlaceFigures | None
@@ -310,8 +312,6 @@ class EnvelopeFigures(CycleFigures):
     """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
 
     fatigue: SpotFigures | None
-    #: where the local stress counts fully: the smallest of all places
-    min_fatigue_safety_factor_without_support: WhereKnown[float] = None
     life: WhereKnown[CycleLifeFigures] = None
     max_von_mises_MPa: float
     max_principal_MPa: float

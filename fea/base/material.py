@@ -67,7 +67,7 @@ class Basquin:
 
 @dataclass(frozen=True)
 class CoffinManson:
-    """Plastic strain of specimens under fully reversed strain: ε_p = ε_f′ (2N)^c (Coffin 1954, Manson 1953)."""
+    """Plastic strain of specimens, fully reversed: ε_p = ε_f′ (2N)^c (Coffin 1954, Manson 1953)."""
 
     coefficient: float  #: ε_f′
     exponent: float  #: c, negative
@@ -228,14 +228,15 @@ def size_factor(diameter: float) -> float:
     return float(1.51 * diameter**-0.157)
 
 
-# FKM (ibid., section 4.3; constants of steel): n = 1 + 10^−(a_G + S_u/b_G) times √G, or its bounds on either side.
+# FKM (ibid., section 4.3): a_G and b_G of steel, in MPa.
 _SUPPORT, _SUPPORT_STRENGTH = 0.5, 2700.0
 
 
 def support_factor(gradient: npt.NDArray[np.float64], ultimate: float) -> npt.NDArray[np.float64]:
-    """n_σ (n,) of a steel of ultimate strength in MPa where the stress amplitude has the relative gradient G, 1/mm.
+    """n_σ (n,) of a steel of ultimate strength in MPa at relative gradients G (n,) of the amplitude, 1/mm.
 
-    With G in 1/mm: 10^½ G up to 0.1, √G up to 1 and its fourth root beyond, at most 100.
+    n = 1 + f(G) 10^−(a_G + S_u/b_G), with f = √10 G up to 0.1, √G up to 1 and the fourth root of G up to 100
+    (FKM, 6th ed. 2012; the constants could not be checked against the guideline).
     """
     size = np.clip(gradient, 0.0, 100.0)
     shape = np.where(size <= 0.1, 10**0.5 * size, np.where(size <= 1, size**0.5, size**0.25))

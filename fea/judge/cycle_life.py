@@ -6,10 +6,10 @@ known for. What such an estimate may err by is no scatter between rods: half the
 is its endurance limit within a standard deviation of 13.8 % (Mischke 1987).
 
 *Unlimited life* is stated of steels whose ultimate strength is below 1250 MPa, at constant amplitude.
-Elsewhere the line goes on below the knee (`fea.judge.fatigue.LifeLine`), and what is stated is that no failure
-is expected by 10⁸ cycles.
+Elsewhere the line goes on below the knee (`fea.judge.fatigue.LifeLine`), and what is stated is that no
+failure is expected by 10⁸ cycles.
 
-*Below 10⁴ cycles* stress is not elastic: life follows from strain (`fea.judge.low_cycle`), and is at most 10⁴.
+*Below 10⁴ cycles* stress is not elastic: life follows from strain (`fea.judge.low_cycle`), at most 10⁴.
 """
 
 import math
@@ -43,7 +43,9 @@ class CycleLife:
     band_percent: float
     assumed: bool  #: whether the line that gives the cycles is
     unlimited: bool  #: whether a life without damage may be called so
-    by_strain: bool = False  #: whether the cycles, below 10⁴, follow from strain; else they are indicative there
+    by_strain: bool = (
+        False  #: whether the cycles, below 10⁴, follow from strain; else they are indicative there
+    )
 
 
 def assumed_line(material: Material) -> Basquin | None:
@@ -107,6 +109,4 @@ def cycle_life(
     by_strain = strain is not None and median <= LOW_CYCLE
     if by_strain and strain is not None:
         assumed = strain.assumed
-    return CycleLife(
-        median, cycles(1 - band), cycles(1 + band), 100 * band, assumed, line.endless, by_strain
-    )
+    return CycleLife(median, cycles(1 - band), cycles(1 + band), 100 * band, assumed, line.endless, by_strain)

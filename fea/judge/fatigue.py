@@ -315,8 +315,8 @@ class LifeLine:
         cycles = self.cycles(amplitude)
         if self.gentle is not None:
             with np.errstate(over="ignore", divide="ignore"):
-                alone = self.knee * (self.limit / amplitude) ** self.gentle
-            alone = np.inf if self.endless else alone
+                further = self.knee * (self.limit / amplitude) ** self.gentle
+            alone = np.inf if self.endless else further
             cycles = np.where((amplitude > self.limit).any(axis=0), cycles, alone)
         return np.asarray(rate[:, None] / cycles)
 

@@ -1,17 +1,18 @@
 """Lives below 10⁴ cycles, where a notch yields in every cycle: from the local strain, by Coffin and Manson.
 
-*Local stress.* Where yielding stays local, stress and strain at a notch follow from the elastic stress there by
-σ ε = σ_e²/E (Neuber, J. Appl. Mech. 28, 1961, 544) and the cyclic curve ε = σ/E + (σ/K′)^(1/n′), whose
-constants are those of compatible lines: n′ = b/c, K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is
-larger and life shorter.
+*Local stress.* Where yielding stays local, stress and strain at a notch follow from the elastic stress there:
+σ ε = σ_e²/E (Neuber, J. Appl. Mech. 28, 1961, 544) and ε = σ/E + (σ/K′)^(1/n′), the cyclic curve with the
+constants of compatible lines: n′ = b/c, K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is larger and
+life shorter.
 
-*Life.* σ_max ε_a = σ_f′²/E (2N)^(2b) + σ_f′ ε_f′ (2N)^(b + c) (Smith, Watson & Topper, J. Materials 5, 1970, 767),
-with a mean stress that is tensile; a compressive one gives no benefit. The factors of surface and size make b
+*Life.* σ_max ε_a = σ_f′²/E (2N)^(2b) + σ_f′ ε_f′ (2N)^(b + c) (Smith, Watson & Topper, J. Materials 5, 1970,
+767) with a tensile mean stress; a compressive one gives no benefit. The factors of surface and size make b
 steeper, so that they hold at the knee and have no effect on the first reversal.
 
-*Constants that are not known* are those of the uniform material law (Bäumel & Seeger, Materials Data for Cyclic
-Loading, Supplement 1, 1990; read in programs that implement it): of steel σ_f′ = 1.5 S_u, b = −0.087, ε_f′ =
-0.59 ψ, c = −0.58 with ψ = 1.375 − 125 S_u/E, at most 1; of aluminium and titanium 1.67 S_u, −0.095, 0.35, −0.69.
+*Constants that are not known* are those of the uniform material law (Bäumel & Seeger, Materials Data for
+Cyclic Loading, Supplement 1, 1990; read in programs that implement it). Steel: σ_f′ = 1.5 S_u, b = −0.087,
+ε_f′ = 0.59 ψ, c = −0.58 with ψ = 1.375 − 125 S_u/E, at most 1. Aluminium and titanium: σ_f′ = 1.67 S_u,
+b = −0.095, ε_f′ = 0.35, c = −0.69.
 """
 
 import math
@@ -46,13 +47,8 @@ class StrainLine:
 
         `knee`: cycles at the endurance limit, where k_a and the factor of size hold.
         """
-        estimated, marin = _uniform_law(material), material.marin
-        elastic, plastic = (
-            given or other
-            for given, other in zip(
-                (material.basquin, material.coffin_manson), estimated or (None, None), strict=True
-            )
-        )
+        marin, (estimated, ductile) = material.marin, _uniform_law(material) or (None, None)
+        elastic, plastic = material.basquin or estimated, material.coffin_manson or ductile
         if elastic is None or plastic is None:
             return None
         exponent = elastic.exponent + math.log(surface * marin.size) / math.log(2 * knee)
@@ -65,10 +61,10 @@ class StrainLine:
 
     def local(self, elastic_stress: float) -> tuple[float, float]:
         """Return stress, MPa, and strain of the cyclic curve by Neuber's rule."""
-        strength = self.elastic.coefficient / self.plastic.coefficient**self.hardening  # K′
+        strength = float(self.elastic.coefficient / self.plastic.coefficient**self.hardening)  # K′
 
         def beyond(stress: float) -> float:
-            plastic = (stress / strength) ** (1 / self.hardening)
+            plastic = float((stress / strength) ** (1 / self.hardening))
             return stress**2 + self.modulus * stress * plastic - elastic_stress**2
 
         stress = float(brentq(beyond, 0.0, elastic_stress))

@@ -198,7 +198,8 @@ class MaterialTable(StudyTable, table="material"):
         "-0.6", "c of that line", within(-1.0, -0.3), needs=_DUCTILITY[0]
     )
     support: bool | None = key(
-        "false", "whether the gradient of stress supports the surface (FKM); default: of steel, without size_mm"
+        "false",
+        "whether the gradient of stress supports the surface (FKM); default: of steel, without size_mm",
     )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6", "for an assembly's temperature; default: that of the metal"
@@ -287,8 +288,9 @@ class MaterialTable(StudyTable, table="material"):
         rods are delivered, with the factor of a steel of the same strength, whatever the metal is; it counts
         as polished where the ultimate strength is not known. The bores, and the faces beside them, are
         machined where the rest of the part is left as it was forged or rolled, unless their finish is
-        given. An estimated endurance limit is that of bending, so that k_c of axial load holds. Raises `InvalidValue`: a value is out of its range, a finish is
-        named but not the ultimate strength, or the metal is none that a finish was tested on.
+        given. An estimated endurance limit is that of bending, so that it gets k_c of axial load. Raises
+        `InvalidValue`: a value is out of its range, a finish is named but not the ultimate strength, or the
+        metal is none that a finish was tested on.
         """
         usual = Finish.POLISHED if self.ultimate_MPa is None else Finish.SHOT_PEENED
         made = usual if self.surface is None else self.surface

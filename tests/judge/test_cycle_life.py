@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fea.base.material import Basquin, Marin, Material
-from fea.judge.cycle_life import LONGEST, assumed_line, cycle_life
+from fea.judge.cycle_life import LONGEST, LOW_CYCLE, assumed_line, cycle_life
 
 STEEL = Material(
     207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0, marin=Marin(load=0.85)
@@ -26,14 +26,17 @@ def test_the_assumed_line_passes_through_075_of_the_ultimate_strength_and_the_li
     assert assumed_line(replace(STEEL, endurance_limit=760.0)) is None
 
 
-@pytest.mark.parametrize("amplitude", [440.0, 500.0, 700.0])
+@pytest.mark.parametrize("amplitude", [440.0, 500.0, 600.0])
 def test_cycles_are_those_of_the_straight_line_between_both_points(amplitude):
     found = cycle_life(amplitude * ONE_CYCLE, STEEL)
     slope = math.log(1e3) / math.log(750.0 / 425.0)
     assert found.cycles == pytest.approx(1e6 * (425.0 / amplitude) ** slope, rel=1e-9)
     assert found.assumed
+    assert not found.by_strain
     for strength, cycles in ((0.862, found.low), (1.138, found.high)):
-        if amplitude > 425.0 * strength:
+        if amplitude > 600.0 * strength:
+            assert cycles == LOW_CYCLE  # by strain, and not more
+        elif amplitude > 425.0 * strength:
             assert cycles == pytest.approx(1e6 * (425.0 * strength / amplitude) ** slope, rel=1e-9)
         else:
             assert math.isinf(cycles)

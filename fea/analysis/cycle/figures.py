@@ -99,7 +99,7 @@ def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLife
 
 
 def _without_support(result: CycleResult, rod: PreparedRod) -> float | None:
-    """Return the least factor against fatigue where the local stress counts fully; None where it always does."""
+    """Return the least factor against fatigue with the local stress in full; None where it always is."""
     found, regions = result.envelope, result.regions.without_support()
     if result.regions.gradient is None or found.fatigue_factor is None:
         return None

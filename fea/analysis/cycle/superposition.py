@@ -143,12 +143,12 @@ class CycleAnalysis(SpannedRod):
         apart = self._differences(at_peaks, solved, top)
         while small is not None and small.corrected(cycle, at_peaks, apart * top[0]):
             apart = self._differences(at_peaks, solved, top)
-        judged = self._supported(full.at(np.r_[0:count:EVERY, count : len(instants)]))
-        extremes, multiaxial = judged._extremes(self.units, full, instants, count, counts)
+        judged = self.supported_by(full.at(np.r_[0:count:EVERY, count : len(instants)]))
+        extremes, multiaxial = judged.extremes_of(self.units, full, instants, count, counts)
         certain = True
         if small is not None:
-            nodes, certain = judged._made_exact(small, cycle, instants, extremes, counts)
-            exact, multiaxial = judged._extremes(self.units.of(nodes), full, instants, count, counts)
+            nodes, certain = judged.made_exact(small, cycle, instants, extremes, counts)
+            exact, multiaxial = judged.extremes_of(self.units.of(nodes), full, instants, count, counts)
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
@@ -186,15 +186,16 @@ class CycleAnalysis(SpannedRod):
 
     def supported(self, cycle: CrankCycle) -> "CycleAnalysis":
         """Return it with the support of the surface by the gradients of stress over a cycle."""
-        return self._supported(self.basis.full(cycle.at(cycle.degrees.crank_angle[::EVERY]), cycle))
+        return self.supported_by(self.basis.full(cycle.at(cycle.degrees.crank_angle[::EVERY]), cycle))
 
-    def _supported(self, full: Weights) -> "CycleAnalysis":
+    def supported_by(self, full: Weights) -> "CycleAnalysis":
+        """Return the same over instants with these weights of all unit loads."""
         if not any(material.support for material in self.materials):
             return self
         gradient = relative_gradients(self, self.basis.projected(full))
         return replace(self, regions=replace(self.regions, gradient=gradient))
 
-    def _extremes(
+    def extremes_of(
         self, units: UnitSolutions, full: Weights, instants: Instants, degrees: int, counts: Mask
     ) -> tuple[Envelope, PlaceHistory | None]:
         """Envelope of the nodes of unit solutions, and the worst place by Crossland.
@@ -215,7 +216,7 @@ class CycleAnalysis(SpannedRod):
         endurance = None if (surface == 1).all() else of_part
         return replace(found, crossland_factor=factors, endurance=endurance), multiaxial
 
-    def _made_exact(
+    def made_exact(
         self, basis: SmallBasis, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
     ) -> tuple[Ints, bool]:
         """Grow a small basis; the nodes whose extremes are exact, and False if that took all instants."""

@@ -54,7 +54,8 @@ def _amplitudes(part: PartStress, sides: tuple[int, ...], weights: Weights) -> F
             unit[start : start + _BLOCK, :, : len(weight)]
             for unit, weight in zip((part.even, part.odd), weights, strict=True)
         )
-        signed = signed_equivalent(deviatoric(superposed(even, odd, sides, weights)))
+        stress = superposed(even, odd, sides, weights)
+        signed = signed_equivalent(deviatoric(np.asarray(stress, np.float64)))
         return np.asarray(np.ptp(signed, axis=1) / 2).reshape(len(sides), -1).T
 
     return np.concatenate(list(side_by_side(block, range(0, len(part.nodes), _BLOCK))))

@@ -182,7 +182,8 @@ def _model(rod: PreparedRod, engine: ScaledEngine, rpm: float, show: Callable[[s
             assembled.at(engine.cycle(rpm, engine.full_load_scale(rpm)))
         return assembled
     show("unit solutions")
-    return SuperposedFactors(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
+    cycle = rod.crank_cycle(rpm)
+    return SuperposedFactors(rod, rod.spanned_cycle([cycle]).supported(cycle))
 
 
 def _axes(static: SpeedResult, engine: ScaledEngine, rpm: float, required: float) -> RayAxes:
