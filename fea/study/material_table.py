@@ -154,7 +154,7 @@ class MaterialTable(StudyTable, table="material"):
     yield_MPa: float | None = key("620.4", stated=True)
     ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
     endurance_MPa: Positive | None = key(
-        "360.0", "of polished specimens, fully reversed tension; default for steel: half the ultimate"
+        "360.0", "of polished specimens, fully reversed tension; default for steel: 0.425 times the ultimate"
     )
     endurance_cycles: float | None = key(
         "5e8", "for which that limit holds, of a metal without a true one, as aluminium", within(1e4, 1e11)

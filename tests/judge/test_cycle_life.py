@@ -80,3 +80,12 @@ def test_mean_stress_counts_as_in_the_factor():
 def test_no_life_without_strengths():
     assert cycle_life(ONE_CYCLE, replace(STEEL, ultimate_strength=None, endurance_limit=None)) is None
     assert cycle_life(ONE_CYCLE, STEEL, surface=1.8) is None  # more than 0.75 of the ultimate strength
+
+
+def test_a_hard_steel_is_damaged_below_its_limit_by_every_cycle():
+    """Two equal cycles a period halve its life, also where nothing exceeds the limit; a soft one lives on."""
+    hard = replace(STEEL, ultimate_strength=1500.0)
+    twice = 300.0 * np.sin(np.linspace(0.0, 4 * np.pi, 1441))
+    one, two = (cycle_life(history, hard).cycles for history in (300.0 * ONE_CYCLE, twice))
+    assert two == pytest.approx(one / 2, rel=1e-9)
+    assert math.isinf(cycle_life(twice, STEEL).cycles)

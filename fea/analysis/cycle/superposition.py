@@ -186,7 +186,9 @@ class CycleAnalysis(SpannedRod):
 
     def supported(self, cycle: CrankCycle) -> "CycleAnalysis":
         """Return it with the support of the surface by the gradients of stress over a cycle."""
-        return self.supported_by(self.basis.full(cycle.at(cycle.degrees.crank_angle[::EVERY]), cycle))
+        cases = cycle.peaks.cases
+        angles = np.append(cycle.degrees.crank_angle[::EVERY], cases.crank_angle[cases.in_cycle])
+        return self.supported_by(self.basis.full(cycle.at(angles), cycle))
 
     def supported_by(self, full: Weights) -> "CycleAnalysis":
         """Return the same over instants with these weights of all unit loads."""
