@@ -19,7 +19,13 @@ import numpy as np
 
 from fea.base.choices import Fatigue
 from fea.base.material import SCATTER, Basquin, Material
-from fea.judge.fatigue import SHORT, LifeLine, criterion_strength, rainflow, reversed_amplitude
+from fea.judge.fatigue import (
+    SHORT,
+    LifeLine,
+    criterion_strength,
+    rainflow,
+    reversed_amplitude,
+)
 from fea.judge.low_cycle import StrainLine
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
@@ -80,6 +86,16 @@ def with_line(material: Material, *surfaces: float) -> Material:
 def band_of(*, assumed: bool) -> float:
     """Return by which share strengths may be lower and higher: of an assumed S–N line, or of a known one."""
     return _ASSUMED if assumed else _BAND * SCATTER
+
+
+def strength_share(material: Material, surface: Floats, cycles: float) -> Floats | None:
+    """Amplitude (n,) that places of surface factors k_a bear for so many cycles, over the endurance limit.
+
+    In place of k_a it gives the factors by which stress may grow until places last so long and no longer.
+    None where no S–N line is known or can be assumed.
+    """
+    line = LifeLine.of(with_line(material), surface)
+    return None if line is None else line.amplitude(cycles) / (material.endurance_limit or math.nan)
 
 
 def cycle_life(

@@ -307,6 +307,13 @@ class LifeLine:
             low_cycle = SHORT * (amplitude / short) ** (1 / self.basquin.exponent)
         return np.asarray(np.maximum(np.where(amplitude > short, low_cycle, high_cycle), 1.0))
 
+    def amplitude(self, cycles: float) -> Floats:
+        """Fully reversed amplitude (n,), MPa, that places bear for so many cycles; from 10³ cycles on."""
+        slope = np.log(self.knee / SHORT) / np.log(self.basquin.amplitude(SHORT) / self.limit)
+        if cycles > self.knee:
+            slope = 2 * slope - 1 if self.gentle is None else self.gentle
+        return np.asarray(self.limit * (self.knee / max(cycles, SHORT)) ** (1 / slope))
+
     def damage(self, amplitude: Floats, rate: Floats) -> Floats:
         """Damage per hour (k, n) of cycles that a place sees together: its life is 1 over their sum.
 

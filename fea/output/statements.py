@@ -163,7 +163,7 @@ def life(summary: Summary) -> Iterator[str]:
     """Yield the hours of a duty, with their band and the speed that takes most of them, or of the speed."""
     if (found := summary.life) is None:
         if summary.cycle is not None and summary.cycle.life is not None:
-            yield _lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
+            yield lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
         return
     low, high = (hours_text(hours) for hours in found.band_hours)
     band = "" if low == high else f" ({low} to {high})"
@@ -245,7 +245,7 @@ def cycle(summary: Summary) -> Iterator[str]:
     yield f"Cycle: {least}; {fatigue}, mean {mean}, amplitude {amplitude}."
 
 
-def _lasts(life: CycleLifeFigures, speed: str) -> str:
+def lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
     if not _determined(life):
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."

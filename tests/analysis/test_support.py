@@ -1,4 +1,4 @@
-"""Support of the surface by gradients of stress, on a rod: where it is, what it changes, and what is reported."""
+"""Support of the surface by gradients of stress, on a rod: where it is, and what it changes."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ RPM = 5000.0
 FORGED = MaterialTable(preset="forged-steel-2005")
 
 
-def run(support):
+def run(*, support):
     base, material = load_study("leon-2001"), replace(FORGED, support=support)
     analysis = replace(base.analysis, cycle=True, pressure="cosine-180")
     rod = prepare(replace(base, material=material, mesh=MeshTable(size_mm=14.0), analysis=analysis))
@@ -27,7 +27,7 @@ def run(support):
 
 @pytest.fixture(scope="module")
 def supported():
-    return run(None)
+    return run(support=None)
 
 
 def test_it_is_at_the_free_surface_and_not_in_the_bores(supported):
@@ -44,7 +44,7 @@ def test_it_is_at_the_free_surface_and_not_in_the_bores(supported):
 
 def test_factors_with_and_without_it_are_those_of_two_runs(supported):
     rod, cycle, figures = supported
-    _, plain, without = run(False)
+    _, plain, without = run(support=False)
     assert without.min_fatigue_safety_factor_without_support is None
     assert without.fatigue.support_factor is None
     least = figures.min_fatigue_safety_factor_without_support
@@ -65,8 +65,10 @@ def test_factors_with_and_without_it_are_those_of_two_runs(supported):
 def test_a_tapered_shank_has_the_gradient_of_its_bending_and_little_under_tension(supported):
     """The flat middle of the shank: hardly any gradient, so that nothing is gained there."""
     rod, cycle, _ = supported
-    x, y, z = rod.mesh.whole.points.T
+    x, y, _ = rod.mesh.whole.points.T
     flat = np.unique(rod.mesh.whole.facets[Surface.FREE])
-    flank = flat[(np.abs(x[flat] - 70.0) < 6) & (np.abs(y[flat]) > 0.98 * np.abs(y[np.abs(x - 70) < 6]).max())]
+    flank = flat[
+        (np.abs(x[flat] - 70.0) < 6) & (np.abs(y[flat]) > 0.98 * np.abs(y[np.abs(x - 70) < 6]).max())
+    ]
     assert flank.size > 3
     assert cycle.regions.support(rod.materials[0])[flank].max() < 1.05

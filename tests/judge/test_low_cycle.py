@@ -1,4 +1,4 @@
-"""Lives by local strain: exact points of Coffin and Manson's line, mean stress, factors, estimated constants."""
+"""Lives by local strain: exact points of the line, mean stress, factors, estimated constants."""
 
 import math
 from dataclasses import replace
@@ -64,7 +64,7 @@ def test_factors_of_the_place_hold_at_the_knee_and_not_at_the_first_reversal():
 
 
 def test_constants_that_are_not_known_are_those_of_the_uniform_material_law():
-    """Bäumel & Seeger (1990): ψ = 1.375 − 125·1000/207 000 = 0.7711 of a steel of 1000 MPa, 1 of a softer one."""
+    """Bäumel & Seeger (1990): ψ = 1.375 − 125·1000/207 000 = 0.7711 of 1000 MPa, 1 of a softer steel."""
     unknown = replace(STEEL, basquin=None, coffin_manson=None)
     strain = StrainLine.of(unknown, KNEE)
     assert strain.assumed

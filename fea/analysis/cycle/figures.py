@@ -58,7 +58,7 @@ def envelope_figures(
         fatigue_criterion=rod.options.fatigue.value,
         fatigue=fatigue,
         min_fatigue_safety_factor_without_support=_without_support(result, rod),
-        life=_life(result, rod, rpm),
+        life=life_figures(result, rod, rpm),
         fatigue_error_percent=off,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
@@ -72,7 +72,7 @@ def envelope_figures(
     )
 
 
-def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
+def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
     """Return the hours at a speed until the worst place fails; None where no S–N line can be assumed."""
     spot, loading = result.weakest, rod.loading
     if spot is None or not rpm or not isinstance(loading, EngineLoading):
