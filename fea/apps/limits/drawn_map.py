@@ -89,10 +89,14 @@ class DrawnMap:
         box = axes.get_position()
         return tuple(round(float(end), 5) for end in (box.x0, box.x1, 1 - box.y1, 1 - box.y0))
 
+    @property
+    def _endless_below_fatigue(self) -> bool:
+        return self._found.life is not None and self._found.life.undamaged == 1
+
     def _draw_border(self, axes: Any) -> None:
         """Draw up to where life is unlimited or, of metals without an endurance limit, beyond 10⁸ cycles."""
         life = self._found.life
-        if life is None or self.hours is None:
+        if life is None or self.hours is None or self._endless_below_fatigue:
             return
         if life.undamaged:
             field, level, words = self._factors[FailureMode.FATIGUE], 1 / life.undamaged, "unlimited below"
@@ -106,6 +110,7 @@ class DrawnMap:
         """Draw a line for each mode, with its error bar."""
         for number, (mode, line) in enumerate(self._found.of_rays.limits.items()):
             color, name = f"C{number}", f"{mode.value}{', λ = 1' if mode is FailureMode.FILM else ''}"
+            name += ", unlimited life below" * (mode is FailureMode.FATIGUE and self._endless_below_fatigue)
             rpm, peak, bar = np.array([self._point(limit) for limit in line]).T
             axes.plot(rpm, peak, "-", color=color, lw=1.6, label=name, zorder=3)
             wide = np.isfinite(bar) & np.isfinite(rpm)
