@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fea.base.material import Basquin, Marin, Material
-from fea.judge.cycle_life import LONGEST, LOW_CYCLE, assumed_line, cycle_life
+from fea.judge.cycle_life import LONGEST, LOW_CYCLE, assumed_line, cycle_life, strength_share
 
 STEEL = Material(
     207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0, marin=Marin(load=0.85)
@@ -89,3 +89,16 @@ def test_a_hard_steel_is_damaged_below_its_limit_by_every_cycle():
     one, two = (cycle_life(history, hard).cycles for history in (300.0 * ONE_CYCLE, twice))
     assert two == pytest.approx(one / 2, rel=1e-9)
     assert math.isinf(cycle_life(twice, STEEL).cycles)
+
+
+@pytest.mark.parametrize("cycles", [2e4, 3e5, 1e6, 1e9])
+@pytest.mark.parametrize("surface", [0.7, 1.0])
+def test_the_strength_for_a_life_is_that_which_lasts_so_long(cycles, surface):
+    """The inverse of the life, of a soft and a hard steel and of titanium; a soft steel has its limit."""
+    titanium = replace(STEEL, youngs_modulus=114e3, density=4.4e-9, endurance_cycles=1e7)
+    for metal in (STEEL, replace(STEEL, ultimate_strength=1500.0), titanium):
+        (share,) = strength_share(metal, np.array([surface]), cycles)
+        found = cycle_life(share * 425.0 * ONE_CYCLE * (1 - 1e-12), metal, surface).cycles
+        endless = metal is STEEL and cycles >= 1e6
+        assert math.isinf(found) if endless else found == pytest.approx(cycles, rel=1e-6)
+        assert not endless or share == pytest.approx(surface)
