@@ -149,9 +149,9 @@ def test_stress_may_grow_until_the_rod_lasts_the_hours():
         name = "fatigue" if "fatigue" in modes else f"life of {modes['hours']:g} h"
         return {one.name.partition(", ")[2]: one for one in found if one.name.startswith(name)}
 
-    fatigue, day, forever = least(fatigue=1.2), least(hours=24.0), least(hours=1e9)
-    assert fatigue.keys() == day.keys() == {"big end", "shank", "small end"}
+    fatigue, hour, forever = least(fatigue=1.2), least(hours=1.0), least(hours=1e9)
+    assert fatigue.keys() == hour.keys() == {"big end", "shank", "small end"}
     for place, one in fatigue.items():
         assert forever[place].factor == pytest.approx(one.factor, rel=1e-9)
-        assert day[place].factor > 1.01 * one.factor
-        assert (one.required, day[place].required) == (1.2, 1.0)
+        assert hour[place].factor > 1.01 * one.factor
+        assert (one.required, hour[place].required) == (1.2, 1.0)
