@@ -211,8 +211,8 @@ def _endurance(summary: Summary) -> Iterator[str]:
     finish = f" ({_finish(surfaces[0])})" if surfaces else ""
     least, gain = envelope.min_fatigue_safety_factor_without_support, spot.support_factor
     if least is not None and gain is not None:
-        times = f"{number(gain, '.3g')} by the gradient of stress"
-        finish += f", times {times} (without support of gradients the factor is {number(least, '.3g')})"
+        without = f"without it the factor is {number(least, '.3g')}"
+        finish += f", with {number(gain, '.3g')} for the gradient of stress ({without})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
     what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"

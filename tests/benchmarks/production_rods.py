@@ -246,8 +246,8 @@ surface (FKM's n_σ, see the manual) but not the bores. The row above it has the
   clearance does, most at the big end: with it, {pressed} would live.
 - **The least factor, of the Honda at 8400 rpm, is no finding about that engine**: its 395.837 g are also the
   mass of the rod of the Hayabusa in engine-sim, so they are hardly a weighed figure.
-- **Support by the gradient changes little**: without it the least factor of the default is {full:.2f} in place of
-  {least:.2f}. Where a bore decides, it changes nothing.
+- **Support by the gradient changes little**: without it the least factor of the default is {full:.2f} in
+  place of {least:.2f}. Where a bore decides, it changes nothing.
 - **What is left.** Two things would raise the factors: the rods are ours and not theirs, whose makers put
   material where the stress is; and no engine spends its life at the redline and full load. Two would lower
   them: bolts, the split of the cap and press fits are left out, and the steel of 2005 may be better than
