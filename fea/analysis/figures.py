@@ -259,6 +259,7 @@ class PlaceFigures(Figures):
     crossland_safety_factor: SafetyFactor | None
     endurance_MPa: WhereKnown[float] = None  #: with the factor of its region of the surface
     surface_region: WhereKnown[str] = None  #: none inside the solid
+    support_factor: WhereKnown[float] = None  #: of the gradient of stress, contained in that limit
 
 
 class SpotFigures(PlaceFigures):
@@ -316,8 +317,9 @@ class CycleLifeFigures(Figures):
     high_hours: float | None
     band_percent: float
     cycles: float | None
-    assumed: bool  #: whether the S–N line is assumed from the strengths
+    assumed: bool  #: whether the line of the life is assumed from the strengths
     unlimited: bool
+    by_strain: bool  #: whether the cycles, below 10⁴, are those of local strain; else indicative there
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
@@ -329,6 +331,8 @@ class CycleFigures(Figures):
     where: WhereKnown[str] = None  #: in words
     crank_deg: float | None
     min_fatigue_safety_factor: SafetyFactor | None
+    #: where the local stress counts fully: the smallest of all places
+    min_fatigue_safety_factor_without_support: WhereKnown[float] = None
     fatigue_error_percent: WhereKnown[float] = None  #: error bar of the stress behind the smallest factor
     fatigue_criterion: str
     fatigue: PlaceFigures | None

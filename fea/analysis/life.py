@@ -103,6 +103,8 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     """
     unknown = tuple(_unknown(analysis))
     table, log, entries = duty.table, duty.table.read, []
+    fastest = max(zip(table.entries, duty.loadings, strict=True), key=lambda own: own[0].rpm)
+    analysis = analysis.supported(fastest[1].crank_cycle(mass, fastest[0].rpm))
     for (rpm, share, *_), loading in zip(table.entries, duty.loadings, strict=True):
         # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases

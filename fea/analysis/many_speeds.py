@@ -105,6 +105,7 @@ class SpeedSearch:
     def __init__(
         self, analysis: CycleAnalysis, cycles: Callable[[float], CrankCycle], speeds: Sequence[float]
     ) -> None:
+        analysis = analysis.supported(cycles(max(speeds)))
         self._analysis, self._cycles, self._candidates = analysis, cycles, Candidates(analysis)
         for rpm in sorted(evenly_spread(speeds)):  # every place is evaluated at these
             self._candidates.survey(cycles(rpm))

@@ -19,7 +19,7 @@ from fea.analysis.figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigu
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material
-from fea.judge.cycle_life import HARD, LONGEST, LOW_CYCLE, line_at
+from fea.judge.cycle_life import LONGEST, LOW_CYCLE, line_at
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.rainflow import rainflow
@@ -167,7 +167,6 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
             gas=factors,
             amplitude=amplitude,
             static=static,
-            hard=(material.ultimate_strength or 0.0) >= HARD,
             assumed=own.basquin is None,
             node=spot.node,
         )
@@ -210,6 +209,6 @@ def _bolts(result: CycleResult, rod: PreparedRod) -> Iterator[Place]:
     exponent = _BOLT_EXPONENTS[rod.assembling.bolt.bolt.rolled]
     for bolt, judged in zip(result.states[0].bolts, judged_bolts(rod.assembling, result.states), strict=True):
         basquin = Basquin(judged.endurance * (2 * _BOLT_KNEE) ** (1 / exponent), -1 / exponent)
-        line = LifeLine(basquin, _BOLT_KNEE, np.array([judged.endurance]), endless=True)
+        line = LifeLine(basquin, _BOLT_KNEE, np.array([judged.endurance]), math.inf)
         amplitude = np.full((2, 1), judged.bending_amplitude)
         yield Place("bolt", bolt.count, line, np.array([1.0, 2.0]), amplitude, assumed=True)

@@ -129,6 +129,7 @@ def optimise(
     free: list[str] | None = None,
     evaluations: int | None = None,
     min_film_um: float | str | None = None,
+    min_hours: float | None = None,
     out: Path | None = None,
     threads: Threads = None,
     printing: Printing = USUAL,
@@ -146,6 +147,9 @@ def optimise(
         Smallest oil film of the big end, in µm or with its unit, less its error bar, that the rod must keep
         over the crank cycle at each speed, as [film] says; most designs are judged by a coarse grid, the last
         rod by the full one.
+    min_hours
+        Hours that the rod must last at each speed, on the S–N line of its material or one assumed from its
+        strengths, in place of a safety factor against fatigue.
     out
         Directory of the results; default: results/STUDY-optimised. Only an earlier search is ever replaced.
     """
@@ -157,6 +161,8 @@ def optimise(
         table = replace(table, evaluations=evaluations)
     if min_film_um is not None:
         table = replace(table, min_film_um=number_of("--min-film-um", min_film_um, "min_film_um"))
+    if min_hours is not None:
+        table = replace(table, min_hours=min_hours)
     loaded = replace(loaded, optimise=table)
     loaded.require_plausible()
 
@@ -211,7 +217,7 @@ def limits(
         Boost, in bar or with its unit, that it must survive at this speed, less the error bar; otherwise
         exit code 6.
     duty
-        Compute the hours of life at each point as well, as with [duty] in the study.
+        Compute the hours of life of a rod of separate parts, too, as with [duty] in the study.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """

@@ -116,7 +116,7 @@ _LISTED = ("E_GPa", "yield_MPa", "ultimate_MPa", "endurance_MPa", "endurance_cyc
 _ROW = "{:<21}{:>6}{:>7}{:>10}{:>11}{:>8}  {}\n"
 _CONDITIONS = """
 GPa and MPa at room temperature. Endurance: polished specimens, R = -1; for those cycles where the metal has
-no limit. For a steel without one, half the ultimate strength is used. `fea materials NAME` gives sources.
+no limit. A steel without one gets 0.425 times its ultimate strength. `fea materials NAME` gives sources.
 """
 
 

@@ -6,8 +6,10 @@ known for. What such an estimate may err by is no scatter between rods: half the
 is its endurance limit within a standard deviation of 13.8 % (Mischke 1987).
 
 *Unlimited life* is stated of steels whose ultimate strength is below 1250 MPa, at constant amplitude.
-Elsewhere the line goes on below the knee and falls by 5 % a decade (Sonsino, Int. J. Fatigue 29, 2007, 2246),
-and what is stated is that no failure is expected by 10⁸ cycles.
+Elsewhere the line goes on below the knee (`fea.judge.fatigue.LifeLine`), and what is stated is that no
+failure is expected by 10⁸ cycles.
+
+*Below 10⁴ cycles* stress is not elastic: life follows from strain (`fea.judge.low_cycle`), at most 10⁴.
 """
 
 import math
@@ -18,6 +20,7 @@ import numpy as np
 from fea.base.choices import Fatigue
 from fea.base.material import SCATTER, Basquin, Material
 from fea.judge.fatigue import SHORT, LifeLine, criterion_strength, reversed_amplitude
+from fea.judge.low_cycle import StrainLine
 from fea.judge.rainflow import rainflow
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
@@ -26,10 +29,8 @@ from geometry.errors import InvalidValue
 _AT_SHORT, _KNEE = 0.75, 1e6
 # Standard deviation of an assumed endurance limit, and standard deviations of the band of a known line.
 _ASSUMED, _BAND = 0.138, 2.0
-# From which ultimate strength, MPa, a steel has no endurance limit, and how far its line falls in a decade.
-HARD, DECADE = 1250.0, 0.05
 LONGEST = 1e8  # cycles: beyond, only that no failure is expected by them is stated
-LOW_CYCLE = 1e4  # cycles below which the stress of a notch is hardly elastic
+LOW_CYCLE = 1e4  # cycles below which the stress of a notch is not elastic
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,11 @@ class CycleLife:
     low: float
     high: float
     band_percent: float
-    assumed: bool  #: whether the S–N line is
+    assumed: bool  #: whether the line that gives the cycles is
     unlimited: bool  #: whether a life without damage may be called so
+    by_strain: bool = (
+        False  #: whether the cycles, below 10⁴, follow from strain; else they are indicative there
+    )
 
 
 def assumed_line(material: Material) -> Basquin | None:
@@ -82,6 +86,16 @@ def band_of(*, assumed: bool) -> float:
     return _ASSUMED if assumed else _BAND * SCATTER
 
 
+def strength_share(material: Material, surface: Floats, cycles: float) -> Floats | None:
+    """Amplitude (n,) that places of surface factors k_a bear for so many cycles, over the endurance limit.
+
+    In place of k_a it gives the factors by which stress may grow until places last so long and no longer.
+    None where no S–N line is known or can be assumed.
+    """
+    line = LifeLine.of(with_line(material), surface)
+    return None if line is None else line.amplitude(cycles) / (material.endurance_limit or math.nan)
+
+
 def cycle_life(
     history: Floats, material: Material, surface: float = 1.0, criterion: Fatigue = Fatigue.GOODMAN
 ) -> CycleLife | None:
@@ -90,25 +104,22 @@ def cycle_life(
     None where neither its S–N line nor the strengths for one are known, or where these do not fit. Raises
     `InvalidValue`: its own S–N line does not fit its endurance limit.
     """
-    assumed = material.basquin is None
-    material, line = line_at(material, surface)
+    assumed, (lined, line) = material.basquin is None, line_at(material, surface)
     if line is None or criterion_strength(criterion, material) is None:
         return None
-    amplitude = reversed_amplitude(criterion, *rainflow(history), material)
-    band = band_of(assumed=assumed)
-    hard = line.endless and (material.ultimate_strength or 0.0) >= HARD
-    low, cycles, high = (
-        _cycles(line.stronger(strength), amplitude, hard=hard) for strength in (1 - band, 1.0, 1 + band)
-    )
-    return CycleLife(cycles, low, high, 100 * band, assumed, line.endless and not hard)
+    mean, amplitude = rainflow(history)
+    reversed_, band = reversed_amplitude(criterion, mean, amplitude, lined), band_of(assumed=assumed)
+    strain = StrainLine.of(material, line.knee, surface)
 
+    def cycles(strength: float) -> float:
+        damage = float(line.stronger(strength).damage(reversed_[:, None], np.ones(len(reversed_))).sum())
+        found = 1 / damage if damage else math.inf
+        if strain is None or found >= LOW_CYCLE:
+            return found
+        return min(strain.cycles(mean / strength, amplitude / strength), LOW_CYCLE)
 
-def _cycles(line: LifeLine, amplitude: Floats, *, hard: bool) -> float:
-    """Periods until Palmgren and Miner's sum is 1; infinite without damage."""
-    limit, largest = float(line.limit[0]), float(amplitude.max(initial=0.0))
-    if line.endless and largest <= limit:
-        if not hard or largest <= 0:
-            return math.inf
-        return line.knee * 10 ** (math.log(largest / limit) / math.log(1 - DECADE))
-    damage = float((1 / line.cycles(amplitude[:, None])).sum())
-    return 1 / damage if damage else math.inf
+    median = cycles(1.0)
+    by_strain = strain is not None and median <= LOW_CYCLE
+    if by_strain and strain is not None:
+        assumed = strain.assumed
+    return CycleLife(median, cycles(1 - band), cycles(1 + band), 100 * band, assumed, line.endless, by_strain)

@@ -17,9 +17,11 @@ of specimens meets their endurance limit.
 Steel whose cycles all stay below its endurance limit has unlimited life. Once larger cycles have damaged it,
 the smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k
 (Haibach, LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246):
-for them that slope always holds.
+for them that slope always holds. Nor have steels of 1250 MPa and more: their line falls by 5 % a decade below
+the knee (ibid.) while nothing exceeds it.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -108,8 +110,11 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue, strokes: in
 
 def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
     limited = [material for material in materials if material.endurance_limit is not None]
-    if any(material.endurance_estimated for material in limited):
-        yield "half the ultimate strength as endurance limit"
+    estimated = [material for material in limited if material.endurance_estimated]
+    if estimated:
+        axial = any(material.marin.load < 1 for material in estimated)
+        under = " in bending, and 0.85 of it under axial load" if axial else ""
+        yield f"half the ultimate strength as endurance limit{under}"
     regions = [item for material in limited for item in material.marin.surfaces.items()]
     assumed = {(region, (skin.finish, skin.of_steel)): None for region, skin in regions if skin.assumed}
     for finish, of_steel in dict.fromkeys(made for _, made in assumed):
@@ -245,6 +250,8 @@ def crossland_bound(
 
 # Where the factors of size and surface have no effect, and below which stress is not elastic.
 SHORT = 1e3
+# From which ultimate strength, MPa, a steel has no endurance limit, and the slope of 5 % a decade.
+_HARD, _GENTLE = 1250.0, math.log(10) / -math.log(0.95)
 
 
 @dataclass(frozen=True)
@@ -254,7 +261,13 @@ class LifeLine:
     basquin: Basquin  #: of specimens, with the factors that lower all of it
     knee: float  #: cycles at the endurance limit
     limit: Floats  #: endurance limit of the places, MPa, (n,) or one for all
-    endless: bool  #: whether cycles below the limit alone do no damage
+    #: Slope below the knee where nothing exceeds the limit: infinite without damage; None as after damage
+    gentle: float | None
+
+    @property
+    def endless(self) -> bool:
+        """Whether cycles below the limit alone do no damage."""
+        return self.gentle == math.inf
 
     @classmethod
     def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":
@@ -276,7 +289,8 @@ class LifeLine:
         rule = f"raises the endurance limit above the {most * whole:.4g} MPa borne for {SHORT:g} cycles"
         require(best < most * whole, "material.surface", best / limit, rule, "Give a smaller factor.")
         lowered = Basquin(specimen.coefficient * whole, specimen.exponent)
-        return cls(lowered, knee, limits, is_steel(material.youngs_modulus))
+        gentle = _GENTLE if (material.ultimate_strength or 0.0) >= _HARD else math.inf
+        return cls(lowered, knee, limits, gentle if is_steel(material.youngs_modulus) else None)
 
     def stronger(self, factor: float) -> "LifeLine":
         """Return the line of a part whose every strength is multiplied by a factor."""
@@ -293,13 +307,25 @@ class LifeLine:
             low_cycle = SHORT * (amplitude / short) ** (1 / self.basquin.exponent)
         return np.asarray(np.maximum(np.where(amplitude > short, low_cycle, high_cycle), 1.0))
 
+    def amplitude(self, cycles: float) -> Floats:
+        """Fully reversed amplitude (n,), MPa, that places bear for so many cycles; from 10³ cycles on."""
+        slope = np.log(self.knee / SHORT) / np.log(self.basquin.amplitude(SHORT) / self.limit)
+        if cycles > self.knee:
+            slope = 2 * slope - 1 if self.gentle is None else self.gentle
+        return np.asarray(self.limit * (self.knee / max(cycles, SHORT)) ** (1 / slope))
+
     def damage(self, amplitude: Floats, rate: Floats) -> Floats:
         """Damage per hour (k, n) of cycles that a place sees together: its life is 1 over their sum.
 
         The amplitudes (k, n) are of fully reversed stress, MPa; the rate (k,) is in cycles per hour.
         """
-        counted = (amplitude > self.limit).any(axis=0) if self.endless else np.True_
-        return np.where(counted, rate[:, None] / self.cycles(amplitude), 0.0)
+        cycles = self.cycles(amplitude)
+        if self.gentle is not None:
+            with np.errstate(over="ignore", divide="ignore"):
+                further = self.knee * (self.limit / amplitude) ** self.gentle
+            alone = np.inf if self.endless else further
+            cycles = np.where((amplitude > self.limit).any(axis=0), cycles, alone)
+        return np.asarray(rate[:, None] / cycles)
 
 
 def require_lines(materials: Iterable[Material]) -> None:

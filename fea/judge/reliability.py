@@ -24,7 +24,6 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from fea.judge.cycle_life import DECADE
 from fea.judge.fatigue import LifeLine
 from geometry.arrays import Floats, Ints
 
@@ -67,7 +66,6 @@ class Place:
     amplitude: Floats  #: (n_gas, n) amplitudes of fully reversed stress of the cycles of a period, MPa
     #: (n_gas, len(STATIC)) logarithm of the largest of them over that at median static strength
     static: Floats | None = None
-    hard: bool = False  #: whether the line of its steel goes on below the knee, as of `cycle_life`
     assumed: bool = False  #: whether the S–N line is
     node: int | None = None  #: on the whole rod, but of bolts
 
@@ -193,9 +191,8 @@ class _Critical:
         """Return it for failure by some cycles."""
         log, line = math.log(cycles), self._place.line
         at = np.array([np.interp(log, -of_gas, _STRENGTHS) for of_gas in self._damage])
-        if line.endless:
-            decades = math.log10(max(cycles / line.knee, 1.0)) if self._place.hard else 0.0
-            at = np.minimum(at, self._tail - decades * math.log1p(-DECADE))
+        if line.gentle is not None:
+            at = np.minimum(at, self._tail + math.log(max(cycles / line.knee, 1.0)) / line.gentle)
         return np.asarray((1 - self._part) * at[self._after - 1] + self._part * at[self._after] + self._more)
 
 

@@ -164,7 +164,7 @@ def life(summary: Summary) -> Iterator[str]:
     """Yield the hours of a duty, with their band and the speed that takes most of them, or of the speed."""
     if (found := summary.life) is None:
         if summary.cycle is not None and summary.cycle.life is not None:
-            yield _lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
+            yield lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
         return
     low, high = (hours_text(hours) for hours in found.band_hours)
     band = "" if low == high else f" ({low} to {high})"
@@ -224,6 +224,10 @@ def _endurance(summary: Summary) -> Iterator[str]:
     regions = (limit.regions.get(spot.surface_region or "") for limit in limits)
     surfaces = [surface for surface in regions if surface is not None]
     finish = f" ({_finish(surfaces[0])})" if surfaces else ""
+    least, gain = envelope.min_fatigue_safety_factor_without_support, spot.support_factor
+    if least is not None and gain is not None:
+        without = f"without it the factor is {number(least, '.3g')}"
+        finish += f", with {number(gain, '.3g')} for the gradient of stress ({without})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
     what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
@@ -256,14 +260,16 @@ def cycle(summary: Summary) -> Iterator[str]:
     yield f"Cycle: {least}; {fatigue}, mean {mean}, amplitude {amplitude}."
 
 
-def _lasts(life: CycleLifeFigures, speed: str) -> str:
+def lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
-    if life.cycles is not None and life.cycles < LOW_CYCLE:
-        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
+    if not _determined(life):
+        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
     known = life.reliability
     if known is not None and not known.conditional and known.b10_hours is not None:
         return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
     line = "assumed S–N line" if life.assumed else "S–N line"
+    if life.by_strain:
+        line = f"low-cycle: Coffin–Manson with {'assumed' if life.assumed else 'known'} constants"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
     of = f"({line}, strength ± {life.band_percent:.0f} %)"
     return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
@@ -271,7 +277,7 @@ def _lasts(life: CycleLifeFigures, speed: str) -> str:
 
 def lasting(life: CycleLifeFigures) -> str:
     """Return the range of the hours at one speed, in words."""
-    if life.cycles is not None and life.cycles < LOW_CYCLE:
+    if not _determined(life):
         return "minutes"
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
@@ -286,6 +292,11 @@ def b_lives(known: ReliabilityFigures) -> str:
     lives = (known.b10_hours, most.b10_hours), (known.b50_hours, most.b50_hours)
     (b10, b50) = (" to ".join(dict.fromkeys(_hours(bound, 2) for bound in bounds)) for bounds in lives)
     return f"B10 {b10}, B50 {b50}"
+
+
+def _determined(life: CycleLifeFigures) -> bool:
+    """Whether the hours are not merely those of elastic stress at so few cycles that it is not elastic."""
+    return life.cycles is None or life.cycles >= LOW_CYCLE or life.by_strain
 
 
 def _hours(hours: float | None, digits: int = 1) -> str:

@@ -6,13 +6,13 @@ parts meet. The faces beside the bores are plane, adjoin a bore or its chamfer, 
 and end where the ring ends.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
 
 from fea.base.choices import Region
-from fea.base.material import Material
+from fea.base.material import Material, support_factor
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import BUSHING, UPPER_SHELL
 from geometry.arrays import Floats, Ints, Mask
@@ -33,6 +33,9 @@ class SurfaceRegions:
 
     #: (n_nodes, 3) whether it lies on each `Region`; on several at edges, on none inside the solid
     touched: Mask
+    #: (n_nodes,) relative gradient of the stress amplitude, 1/mm, where it supports the surface; None where
+    #: it is not known
+    gradient: Floats | None = None
 
     @classmethod
     def of(cls, mesh: TetMesh, bores: Bores) -> "SurfaceRegions":
@@ -71,12 +74,26 @@ class SurfaceRegions:
 
     def at(self, nodes: Ints) -> "SurfaceRegions":
         """Return those of some nodes, which may repeat."""
-        return SurfaceRegions(self.touched[nodes])
+        gradient = None if self.gradient is None else self.gradient[nodes]
+        return SurfaceRegions(self.touched[nodes], gradient)
 
     def factors(self, material: Material) -> Floats:
-        """Return k_a (n_nodes,) of a material: at an edge the least, 1 inside, where there is no surface."""
+        """Return k_a (n_nodes,) of a material: at an edge the least, 1 inside, where there is no surface.
+
+        It is multiplied by the support of the gradient, where that is known and the material has it.
+        """
         least = np.where(self.touched, _every(material), np.inf).min(axis=1)
-        return np.where(np.isinf(least), 1.0, least)
+        return np.where(np.isinf(least), 1.0, least) * self.support(material)
+
+    def support(self, material: Material) -> Floats:
+        """Return n_σ (n_nodes,) of a material; 1 where there is none."""
+        if self.gradient is None or not material.support or material.ultimate_strength is None:
+            return np.ones(len(self.touched))
+        return support_factor(self.gradient, material.ultimate_strength)
+
+    def without_support(self) -> "SurfaceRegions":
+        """Return the same places, where the local stress counts fully."""
+        return replace(self, gradient=None)
 
     def region(self, node: int, material: Material) -> Region | None:
         """Return the region with the least k_a at a node; None inside the solid."""

@@ -12,6 +12,7 @@ from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
     Basquin,
+    CoffinManson,
     Marin,
     Material,
     SurfaceFinish,
@@ -104,6 +105,7 @@ def library_material(where: str, name: str) -> LibraryMaterial:
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
+_DUCTILITY = ("fatigue_ductility_coefficient", "fatigue_ductility_exponent")
 SN_KEYS = (*_LINE, *_TESTS)
 # Of metals b is −0.05 to −0.15; a line that is flatter or steeper than these has another unit or sign.
 _FLATTEST, _STEEPEST = -0.02, -0.5
@@ -152,7 +154,7 @@ class MaterialTable(StudyTable, table="material"):
     yield_MPa: float | None = key("620.4", stated=True)
     ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
     endurance_MPa: Positive | None = key(
-        "360.0", "of polished specimens, fully reversed tension; default for steel: half the ultimate"
+        "360.0", "of polished specimens, fully reversed tension; default for steel: 0.425 times the ultimate"
     )
     endurance_cycles: float | None = key(
         "5e8", "for which that limit holds, of a metal without a true one, as aluminium", within(1e4, 1e11)
@@ -172,7 +174,7 @@ class MaterialTable(StudyTable, table="material"):
     face_surface: Finish | float | None = key('"machined"', "on the faces beside the bores, likewise")
     size_mm: float | None = key("20.0", "diameter of an equivalent round section in bending: reduces it too")
     loading: Loading | None = key(
-        '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
+        '"axial"', '0.85 for a limit measured in bending, as an estimated one is; or "bending": 1'
     )
     reliability_percent: float | None = key("99.0", "reduces it too; default: 50, the median of tests")
     fatigue_strength_coefficient_MPa: Positive | None = key(
@@ -186,6 +188,18 @@ class MaterialTable(StudyTable, table="material"):
     )
     sn_amplitude_MPa: tuple[Positive, ...] | None = key(
         "[560, 500, 445]", "at these amplitudes", needs=_TESTS[0]
+    )
+    fatigue_ductility_coefficient: Positive | None = key(
+        "0.6",
+        "plastic strain over life, e (2N)^c, for lives below 10⁴ cycles; default: estimated",
+        needs=_DUCTILITY[1],
+    )
+    fatigue_ductility_exponent: float | None = key(
+        "-0.6", "c of that line", within(-1.0, -0.3), needs=_DUCTILITY[0]
+    )
+    support: bool | None = key(
+        "false",
+        "whether the gradient of stress supports the surface (FKM); default: of steel, without size_mm",
     )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6", "for an assembly's temperature; default: that of the metal"
@@ -219,6 +233,7 @@ class MaterialTable(StudyTable, table="material"):
         if endurance is None and table.ultimate_MPa is not None:
             endurance = estimated_endurance(table.ultimate_MPa, modulus)
         factor = marin.size * marin.reliability
+        ductility = [getattr(table, key) for key in _DUCTILITY]
         return Material(
             youngs_modulus=modulus,
             poissons_ratio=nu,
@@ -231,7 +246,21 @@ class MaterialTable(StudyTable, table="material"):
             endurance_cycles=table.endurance_cycles,
             marin=marin,
             basquin=table.basquin(),
+            support=table.supported(),
+            coffin_manson=None if None in ductility else CoffinManson(*ductility),
         )
+
+    def supported(self) -> bool:
+        """Return whether the gradient of stress raises the limit. Raises `InvalidValue`: where it cannot."""
+        bent = self.size_mm is not None or self.loading is Loading.BENDING
+        steel = self.ultimate_MPa is not None and is_steel(self.stiffness()[0])
+        if self.support is None:
+            return steel and not bent
+        rule, remedy = "is known of steel of known ultimate_MPa only", "Leave it out."
+        require(steel or not self.support, "material.support", self.support, rule, remedy)
+        rule = 'cannot be combined with size_mm or loading = "bending", which contain it'
+        require(not (bent and self.support), "material.support", self.support, rule, remedy)
+        return self.support
 
     def basquin(self) -> Basquin | None:
         """Return the S–N line, or None. Raises `InvalidValue`: given twice, or not falling."""
@@ -259,17 +288,19 @@ class MaterialTable(StudyTable, table="material"):
         rods are delivered, with the factor of a steel of the same strength, whatever the metal is; it counts
         as polished where the ultimate strength is not known. The bores, and the faces beside them, are
         machined where the rest of the part is left as it was forged or rolled, unless their finish is
-        given. Raises `InvalidValue`: a value is out of its range, a finish is
-        named but not the ultimate strength, or the metal is none that a finish was tested on.
+        given. An estimated endurance limit is that of bending, so that it gets k_c of axial load. Raises
+        `InvalidValue`: a value is out of its range, a finish is named but not the ultimate strength, or the
+        metal is none that a finish was tested on.
         """
         usual = Finish.POLISHED if self.ultimate_MPa is None else Finish.SHOT_PEENED
         made = usual if self.surface is None else self.surface
         machined = Finish.MACHINED if made in _RAW else made
         rest = self._surface("surface", made)
         percent = MEDIAN if self.reliability_percent is None else self.reliability_percent
+        estimated = all(getattr(self, key) is None for key in ("endurance_MPa", *SN_KEYS))
         return Marin(
             size=1.0 if self.size_mm is None else size_factor(self.size_mm),
-            load=1.0 if self.loading is None else load_factor(self.loading),
+            load=load_factor(self.loading or (Loading.AXIAL if estimated else Loading.BENDING)),
             reliability_percent=percent,
             bores=self._surface("bore_surface", machined),
             faces=self._surface("face_surface", machined),

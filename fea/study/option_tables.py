@@ -276,6 +276,9 @@ class OptimiseTable(
     )
     min_fatigue_safety: Positive | None = key("1.3", "less the error bar of the stress")
     min_buckling_safety: Positive | None = key("3.0", "against buckling as a column")
+    min_hours: Positive | None = key(
+        "200", "hours that it lasts at each speed, in place of min_fatigue_safety, less the error bar"
+    )
     min_film_um: Positive | None = key(
         "1.0",
         "oil film of the big end, as [film] says, over the crank cycle at each speed, less its error bar",

@@ -52,7 +52,8 @@ def by_envelopes(rod, cycles, entries):
     """Damage per hour (k, n_nodes) of the largest range of every cycle, from what `envelope.vtu` holds."""
     (material,), whole = rod.materials, rod.mesh.mirrored
     found = [cycles[rpm].envelope for rpm, _ in entries]
-    line = LifeLine.of(material, cycles[SPEEDS[0]].regions.factors(material))
+    fastest = max(rpm for rpm, _ in entries)  # whose gradients support the surface
+    line = LifeLine.of(material, cycles[fastest].regions.factors(material))
     amplitude = [reversed_amplitude(Fatigue.GOODMAN, one.mean, one.amplitude, material) for one in found]
     assert len(whole.source) == len(amplitude[0])
     return line.damage(np.stack(amplitude), np.array([30 * rpm * share for rpm, share in entries]))

@@ -8,9 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.optimise.problem import DesignConstraint, required, variables
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
+from fea.apps.optimise.problem import DesignConstraint, constraints, required, variables
 from fea.apps.optimise.run_optimise import search_study
-from fea.study.option_tables import OptimiseTable, parse_free
+from fea.study.material_table import MaterialTable
+from fea.study.option_tables import MeshTable, OptimiseTable, parse_free
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 from geometry.section import walls
@@ -119,3 +121,37 @@ def test_what_a_search_cannot_do_is_refused():
     faster = replace(LEON, optimise=OptimiseTable(min_rpm=7500.0))
     assert search_study(faster).speeds() == (*LEON.speeds(), 7500.0)
     assert search_study(LEON).analysis.tolerance_percent == 2.0
+
+
+def test_hours_stand_in_place_of_the_factor_against_fatigue():
+    table = OptimiseTable(min_hours=200.0)
+    assert required(replace(LEON, optimise=table)) == {"yielding": 1.0, "buckling": 1.0, "hours": 200.0}
+    both = replace(table, min_fatigue_safety=1.1)
+    assert required(replace(LEON, optimise=both))["fatigue"] == 1.1
+    unknown = replace(LEON, optimise=table, material=replace(LEON.material.resolved(), ultimate_MPa=None))
+    with pytest.raises(InvalidValue, match=r"optimise.min_hours = 200: needs an \[engine\], and a material"):
+        search_study(unknown)
+
+
+def test_stress_may_grow_until_the_rod_lasts_the_hours():
+    """More of it for few hours than by the endurance limit, and as much for very many."""
+    study = replace(
+        LEON,
+        material=MaterialTable(preset="forged-steel-2005"),
+        mesh=MeshTable(size_mm=14.0),
+        analysis=replace(LEON.analysis, cycle=True, pressure="cosine-180"),
+    )
+    rod = prepare(study)
+    results = [with_cycle(rod, solve_speed(rod, 6000.0))]
+
+    def least(**modes):
+        found = constraints(rod, results, {"yielding": 1.0, "buckling": 1.0, **modes})
+        name = "fatigue" if "fatigue" in modes else f"life of {modes['hours']:g} h"
+        return {one.name.partition(", ")[2]: one for one in found if one.name.startswith(name)}
+
+    fatigue, hour, forever = least(fatigue=1.2), least(hours=1.0), least(hours=1e9)
+    assert fatigue.keys() == hour.keys() == {"big end", "shank", "small end"}
+    for place, one in fatigue.items():
+        assert forever[place].factor == pytest.approx(one.factor, rel=1e-9)
+        assert hour[place].factor > 1.01 * one.factor
+        assert (one.required, hour[place].required) == (1.2, 1.0)

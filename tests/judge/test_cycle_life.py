@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fea.base.material import Basquin, Marin, Material
-from fea.judge.cycle_life import LONGEST, assumed_line, cycle_life
+from fea.judge.cycle_life import LONGEST, LOW_CYCLE, assumed_line, cycle_life, strength_share
 
 STEEL = Material(
     207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0, marin=Marin(load=0.85)
@@ -26,14 +26,17 @@ def test_the_assumed_line_passes_through_075_of_the_ultimate_strength_and_the_li
     assert assumed_line(replace(STEEL, endurance_limit=760.0)) is None
 
 
-@pytest.mark.parametrize("amplitude", [440.0, 500.0, 700.0])
+@pytest.mark.parametrize("amplitude", [440.0, 500.0, 600.0])
 def test_cycles_are_those_of_the_straight_line_between_both_points(amplitude):
     found = cycle_life(amplitude * ONE_CYCLE, STEEL)
     slope = math.log(1e3) / math.log(750.0 / 425.0)
     assert found.cycles == pytest.approx(1e6 * (425.0 / amplitude) ** slope, rel=1e-9)
     assert found.assumed
+    assert not found.by_strain
     for strength, cycles in ((0.862, found.low), (1.138, found.high)):
-        if amplitude > 425.0 * strength:
+        if amplitude > 600.0 * strength:
+            assert cycles == LOW_CYCLE  # by strain, and not more
+        elif amplitude > 425.0 * strength:
             assert cycles == pytest.approx(1e6 * (425.0 * strength / amplitude) ** slope, rel=1e-9)
         else:
             assert math.isinf(cycles)
@@ -77,3 +80,25 @@ def test_mean_stress_counts_as_in_the_factor():
 def test_no_life_without_strengths():
     assert cycle_life(ONE_CYCLE, replace(STEEL, ultimate_strength=None, endurance_limit=None)) is None
     assert cycle_life(ONE_CYCLE, STEEL, surface=1.8) is None  # more than 0.75 of the ultimate strength
+
+
+def test_a_hard_steel_is_damaged_below_its_limit_by_every_cycle():
+    """Two equal cycles a period halve its life, also where nothing exceeds the limit; a soft one lives on."""
+    hard = replace(STEEL, ultimate_strength=1500.0)
+    twice = 300.0 * np.sin(np.linspace(0.0, 4 * np.pi, 1441))
+    one, two = (cycle_life(history, hard).cycles for history in (300.0 * ONE_CYCLE, twice))
+    assert two == pytest.approx(one / 2, rel=1e-9)
+    assert math.isinf(cycle_life(twice, STEEL).cycles)
+
+
+@pytest.mark.parametrize("cycles", [2e4, 3e5, 1e6, 1e9])
+@pytest.mark.parametrize("surface", [0.7, 1.0])
+def test_the_strength_for_a_life_is_that_which_lasts_so_long(cycles, surface):
+    """The inverse of the life, of a soft and a hard steel and of titanium; a soft steel has its limit."""
+    titanium = replace(STEEL, youngs_modulus=114e3, density=4.4e-9, endurance_cycles=1e7)
+    for metal in (STEEL, replace(STEEL, ultimate_strength=1500.0), titanium):
+        (share,) = strength_share(metal, np.array([surface]), cycles)
+        found = cycle_life(share * 425.0 * ONE_CYCLE * (1 - 1e-12), metal, surface).cycles
+        endless = metal is STEEL and cycles >= 1e6
+        assert math.isinf(found) if endless else found == pytest.approx(cycles, rel=1e-6)
+        assert not endless or share == pytest.approx(surface)

@@ -25,8 +25,8 @@ QMC = 0.01  # of quasi-random points, as the issue of this module asks
 SHARES = (0.01, 0.1, 0.5)
 
 
-def line(k=K, knee=KNEE, limit=LIMIT, *, endless=True):
-    return LifeLine(Basquin(limit * (2 * knee) ** (1 / k), -1 / k), knee, np.array([limit]), endless)
+def line(k=K, knee=KNEE, limit=LIMIT, *, gentle=math.inf):
+    return LifeLine(Basquin(limit * (2 * knee) ** (1 / k), -1 / k), knee, np.array([limit]), gentle)
 
 
 def place(amplitude=300.0, *, by_gas=False, count=1, **more):
@@ -166,10 +166,11 @@ def test_unlimited_is_asked_of_the_tail():
 
 
 def test_hard_steels_and_light_metals_have_no_unlimited_life():
-    hard = FirstFailure([place(0.9 * LIMIT, hard=True)], Scatter(strength=0.08))
     decades = math.log(0.9) / math.log(0.95)  # Sonsino (2007): 5 % a decade
+    gentle = line(gentle=-1 / math.log10(0.95))
+    hard = FirstFailure([replace(place(0.9 * LIMIT), line=gentle)], Scatter(strength=0.08))
     assert hard.of_rod(0.5).cycles == pytest.approx(KNEE * 10**decades, rel=QMC)
-    light = replace(place(0.9 * LIMIT), line=line(endless=False))
+    light = replace(place(0.9 * LIMIT), line=line(gentle=None))
     found = FirstFailure([light], Scatter(strength=0.08))
     assert found.of_rod(0.5).cycles == pytest.approx(KNEE * 0.9 ** (1 - 2 * K), rel=QMC)
 

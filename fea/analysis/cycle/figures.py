@@ -58,7 +58,8 @@ def envelope_figures(
         min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
         fatigue_criterion=rod.options.fatigue.value,
         fatigue=fatigue,
-        life=_life(result, rod, rpm),
+        min_fatigue_safety_factor_without_support=_without_support(result, rod),
+        life=life_figures(result, rod, rpm),
         fatigue_error_percent=off,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
@@ -72,7 +73,7 @@ def envelope_figures(
     )
 
 
-def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
+def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
     """Return the hours at a speed until the worst place fails; None where no S–N line can be assumed."""
     spot, loading = result.weakest, rod.loading
     if spot is None or not rpm or not isinstance(loading, EngineLoading):
@@ -94,8 +95,24 @@ def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLife
         cycles=found.cycles if np.isfinite(found.cycles) else None,
         assumed=found.assumed,
         unlimited=found.unlimited,
+        by_strain=found.by_strain,
         reliability=reliability_figures(result, rod, rpm),
     )
+
+
+def _without_support(result: CycleResult, rod: PreparedRod) -> float | None:
+    """Return the least factor against fatigue with the local stress in full; None where it always is."""
+    found, regions = result.envelope, result.regions.without_support()
+    if result.regions.gradient is None or found.fatigue_factor is None:
+        return None
+    least = CAP
+    for number, material in enumerate(rod.materials):
+        rows = result.counts & (found.fatigue_part == number)
+        surface = regions.factors(material)[rows]
+        stress = found.mean[rows], found.amplitude[rows]
+        factors = fatigue_factor(rod.options.fatigue, *stress, material, surface)
+        least = least if factors is None else min(least, float(factors.min(initial=CAP)))
+    return least
 
 
 def _of_peaks(cases: Sequence[CaseResult]) -> float | None:
@@ -146,6 +163,7 @@ def _spot(spot: PlaceHistory, result: CycleResult, rod: PreparedRod) -> SpotFigu
         crossland_safety_factor=None if multiaxial is None else without_bar(float(multiaxial[0])),
         endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
         surface_region=None if region is None else region.value,
+        support_factor=float(here.support(material)[0]) if material.support else None,
         history_MPa=tuple(spot.signed.tolist()),
     )
 

@@ -9,6 +9,7 @@ from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.criteria import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.rows import SpannedRod
+from fea.analysis.cycle.support import EVERY, relative_gradients
 from fea.analysis.cycle.unit_solutions import PlaceHistory, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
 from fea.base.note import SINGULAR, Note, warning
@@ -142,11 +143,12 @@ class CycleAnalysis(SpannedRod):
         apart = self._differences(at_peaks, solved, top)
         while small is not None and small.corrected(cycle, at_peaks, apart * top[0]):
             apart = self._differences(at_peaks, solved, top)
-        extremes, multiaxial = self._extremes(self.units, full, instants, count, counts)
+        judged = self.supported_by(full.at(np.r_[0:count:EVERY, count : len(instants)]))
+        extremes, multiaxial = judged.extremes_of(self.units, full, instants, count, counts)
         certain = True
         if small is not None:
-            nodes, certain = self._made_exact(small, cycle, instants, extremes, counts)
-            exact, multiaxial = self._extremes(self.units.of(nodes), full, instants, count, counts)
+            nodes, certain = judged.made_exact(small, cycle, instants, extremes, counts)
+            exact, multiaxial = judged.extremes_of(self.units.of(nodes), full, instants, count, counts)
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
@@ -171,7 +173,7 @@ class CycleAnalysis(SpannedRod):
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
             counts=counts,
-            regions=self.regions.at(whole.source),
+            regions=judged.regions.at(whole.source),
             weights=of_degrees,
             known_notes=(
                 *fatigue_notes(self.materials, self.fatigue, cycle.engine.strokes),
@@ -182,7 +184,20 @@ class CycleAnalysis(SpannedRod):
             states=contacts.states,
         )
 
-    def _extremes(
+    def supported(self, cycle: CrankCycle) -> "CycleAnalysis":
+        """Return it with the support of the surface by the gradients of stress over a cycle."""
+        cases = cycle.peaks.cases
+        angles = np.append(cycle.degrees.crank_angle[::EVERY], cases.crank_angle[cases.in_cycle])
+        return self.supported_by(self.basis.full(cycle.at(angles), cycle))
+
+    def supported_by(self, full: Weights) -> "CycleAnalysis":
+        """Return the same over instants with these weights of all unit loads."""
+        if not any(material.support for material in self.materials):
+            return self
+        gradient = relative_gradients(self, self.basis.projected(full))
+        return replace(self, regions=replace(self.regions, gradient=gradient))
+
+    def extremes_of(
         self, units: UnitSolutions, full: Weights, instants: Instants, degrees: int, counts: Mask
     ) -> tuple[Envelope, PlaceHistory | None]:
         """Envelope of the nodes of unit solutions, and the worst place by Crossland.
@@ -203,7 +218,7 @@ class CycleAnalysis(SpannedRod):
         endurance = None if (surface == 1).all() else of_part
         return replace(found, crossland_factor=factors, endurance=endurance), multiaxial
 
-    def _made_exact(
+    def made_exact(
         self, basis: SmallBasis, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
     ) -> tuple[Ints, bool]:
         """Grow a small basis; the nodes whose extremes are exact, and False if that took all instants."""

@@ -41,6 +41,7 @@ from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembly import AssemblyPins
 from fea.pins.model import Response, UnitLoadFields, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
+from fea.rod.places import SurfaceRegions
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats
@@ -110,6 +111,7 @@ class AssembledFactors(RodFactors):
         self._start = pins.assembly.sums(pins.assembly.assembled.start)
         self._decisive = np.zeros(0)  # crank angles, rad
         self._followed: tuple[CrankCycle, Factors] | None = None
+        self._regions: SurfaceRegions | None = None  # with the support of the first cycle that was followed
         self._history_ratio = dict[FailureMode, float]()  # factors with history over those without
 
     @property
@@ -208,6 +210,9 @@ class AssembledFactors(RodFactors):
             every = replace(every, parts=tuple(replace(part, odd=part.even) for part in every.parts))
             weights = Weights(identity, 0 * identity)
         analysis = self._rod.superposing(FullBasis(loads[0], lambda _fields: every))
+        if self._regions is None and cycle is not None:
+            self._regions = analysis.supported_by(weights).regions
+        analysis = replace(analysis, regions=self._regions or analysis.regions)
         parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         return _SolvedInstants(parts, weights, states)
 

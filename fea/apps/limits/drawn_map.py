@@ -13,6 +13,7 @@ from fea.apps.limits.factors import ONSETS, FailureMode
 from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
+from fea.judge.cycle_life import LONGEST
 from fea.output.html import embedded_json, html_page, page_file
 from fea.output.json_file import JsonObject
 from fea.output.plots.figure import label_axes, new_figure, save
@@ -56,6 +57,7 @@ class DrawnMap:
         self.hours = None if found.life is None else np.where(known, found.life.hours(*points), np.nan)
         required = figures.required_safety_factor
         self._title = f"{figures.study}: limits with a safety factor of {required:g}"
+        self._line = ", hours on an assumed S–N line" if found.life is not None and found.life.assumed else ""
         self._load = "the study's load" if engine.full_load is None else "full load"
 
     def draw(self, path: Path) -> tuple[float, ...]:
@@ -76,20 +78,39 @@ class DrawnMap:
             style: dict[str, Any] = {"levels": [0, 1, 2, 3], "colors": "0.35", "linewidths": 0.8}
             lines = axes.contour(self.rpm, self.peak, known, **style)
             axes.clabel(lines, fmt=lambda at: f"{10**at:.0f} h", fontsize=8)
+            self._draw_border(axes)
         axes.set_xlim(self.rpm[0], self.rpm[-1])
         axes.set_ylim(0, self.peak[-1])
         label_axes(axes, "engine speed, rpm", "peak pressure (absolute), bar")
-        axes.set_title(self._title, fontsize=11)
+        axes.set_title(self._title + self._line, fontsize=11)
         axes.grid(alpha=0.3)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
         save(figure, path, dpi=160)
         box = axes.get_position()
         return tuple(round(float(end), 5) for end in (box.x0, box.x1, 1 - box.y1, 1 - box.y0))
 
+    @property
+    def _endless_below_fatigue(self) -> bool:
+        return self._found.life is not None and self._found.life.undamaged == 1
+
+    def _draw_border(self, axes: Any) -> None:
+        """Draw up to where life is unlimited or, of metals without an endurance limit, beyond 10⁸ cycles."""
+        life = self._found.life
+        if life is None or self.hours is None or self._endless_below_fatigue:
+            return
+        if life.undamaged:
+            field, level, words = self._factors[FailureMode.FATIGUE], 1 / life.undamaged, "unlimited below"
+        else:
+            field, level = np.nan_to_num(self.hours * life.per_hour * self.rpm), LONGEST
+            words = "10⁸ cycles"
+        border = axes.contour(self.rpm, self.peak, field, levels=[level], colors="0.35", linestyles="--")
+        axes.clabel(border, fmt=lambda _: words, fontsize=8)
+
     def _draw_limits(self, axes: Any) -> None:
         """Draw a line for each mode, with its error bar."""
         for number, (mode, line) in enumerate(self._found.of_rays.limits.items()):
             color, name = f"C{number}", f"{mode.value}{', λ = 1' if mode is FailureMode.FILM else ''}"
+            name += ", unlimited life below" * (mode is FailureMode.FATIGUE and self._endless_below_fatigue)
             rpm, peak, bar = np.array([self._point(limit) for limit in line]).T
             axes.plot(rpm, peak, "-", color=color, lw=1.6, label=name, zorder=3)
             wide = np.isfinite(bar) & np.isfinite(rpm)
@@ -158,7 +179,7 @@ class DrawnMap:
         }
         if self.hours is not None:
             hours = np.clip(np.nan_to_num(self.hours, nan=0.0), 1e-3, 1e6)[some]
-            data["hours"] = [*map(_rounded, hours)]
+            data |= {"hours": [*map(_rounded, hours)], "line": self._line.partition("hours ")[2]}
         of_rod, script = viewer(run, scene(run), ("limits_map.js",))
         page = html_page(
             "report",

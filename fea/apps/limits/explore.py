@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fea.analysis.figures import CycleLifeFigures
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
@@ -20,7 +21,7 @@ from fea.apps.limits.limit_map import (
     LimitPoint,
     RayAxes,
     ending,
-    hours_at,
+    life_at,
     life_map,
     with_film,
 )
@@ -69,7 +70,8 @@ class RodLimits:
     estimated: bool  #: whether speeds and pressures are estimates
     of_rays: LimitMap
     life: LifeMap | None = None  #: where it was asked for and is known
-    hours: Mapping[float, float] = field(default_factory=dict)  #: by the speeds of the study, at its load
+    #: by the speeds of the study, rpm, at its load
+    lives: Mapping[float, CycleLifeFigures] = field(default_factory=dict)
     no_life_because: str = ""  #: why no life is known although it was asked for
 
     def place(self, limit: LimitPoint) -> str:
@@ -114,12 +116,12 @@ def explore(
     answered: Callable[[RodLimits], None] = lambda _found: None,
     *,
     mapped: bool = True,
-    life_at: Sequence[float] = (),
+    lives_at: Sequence[float] = (),
 ) -> RodLimits:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
     `answered` is called with the limits before the map is made; they are estimates for a rod of separate
-    parts. `mapped`: whether the map is made. `life_at`: speeds, rpm, at which life is found too, as all over
+    parts. `mapped`: whether the map is made. `lives_at`: speeds, rpm, at which life is found too, as all over
     the map.
     """
     rod, engine = adapted.rod, ScaledEngine(adapted.rod.engine, adapted.rod.mass)
@@ -163,14 +165,14 @@ def explore(
         return last
     if rod.study.analysis.film and of_rays.limits:
         last = replace(last, of_rays=with_film(rod, engine, of_rays, show))
-    if not life_at:
+    if not lives_at:
         return last
     show("life")
     life = life_map(model, engine, of_rays, required)
     if life is None:
         why = "nothing fails by fatigue" if model.endurance is not None else "the material has no S–N line"
         return replace(last, no_life_because=why)
-    return replace(last, life=life, hours={each: hours_at(model, engine, each) for each in life_at})
+    return replace(last, life=life, lives={each: life_at(model, engine, each) for each in lives_at})
 
 
 def _model(rod: PreparedRod, engine: ScaledEngine, rpm: float, show: Callable[[str], None]) -> RodFactors:
@@ -182,7 +184,8 @@ def _model(rod: PreparedRod, engine: ScaledEngine, rpm: float, show: Callable[[s
             assembled.at(engine.cycle(rpm, engine.full_load_scale(rpm)))
         return assembled
     show("unit solutions")
-    return SuperposedFactors(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
+    cycle = rod.crank_cycle(rpm)
+    return SuperposedFactors(rod, rod.spanned_cycle([cycle]).supported(cycle))
 
 
 def _axes(static: SpeedResult, engine: ScaledEngine, rpm: float, required: float) -> RayAxes:

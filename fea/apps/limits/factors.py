@@ -4,6 +4,7 @@ The cycles that are surveyed lie on a few rays from rest through speed squared a
 evaluated again where a limit is stated in words (see `fea.analysis.cycle.candidates`).
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -108,9 +109,20 @@ class RodFactors(ABC):
         known = [line.endless for line in lines if line is not None]
         return all(known) if known else None
 
-    def life(self, cycle: CrankCycle, *, estimated: bool = False) -> float:
-        """Return the crank cycles to failure as `fea.analysis.life`, as if every range did damage."""
-        (rows_of_parts, angles), damage = self.histories(cycle, estimated=estimated), _TINY
+    @property
+    def assumed(self) -> bool:
+        """Whether an S–N line is assumed."""
+        own = [each for each in self._materials if with_line(each).basquin is not None]
+        return any(material.basquin is None for material in own)
+
+    def life(
+        self, cycle: CrankCycle, strengths: Sequence[float] = (1.0,), *, every: bool = False
+    ) -> list[float]:
+        """Return the crank cycles to failure at strengths relative to the median, as `fea.analysis.life`.
+
+        `every`: as if every range did damage, by an estimate that is smooth over the map.
+        """
+        (rows_of_parts, angles), damage = self.histories(cycle, estimated=every), np.zeros(len(strengths))
         for part, rows, history in rows_of_parts:
             line = self._life_line(part.material, part.surface(rows))
             if line is None:
@@ -119,10 +131,16 @@ class RodFactors(ABC):
             high, low = signed.max(axis=1), signed.min(axis=1)
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
-                at_row = replace(line, limit=line.limit[[row]])
-                damage = max(damage, float((1 / at_row.cycles(amplitude[:, None])).sum()))
-        return 1 / damage
+                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)[
+                    :, None
+                ]
+                at_row = replace(
+                    line, limit=line.limit[[row]], gentle=None if every and line.endless else line.gentle
+                )
+                once = np.ones(len(amplitude))
+                of_row = [float(at_row.stronger(each).damage(amplitude, once).sum()) for each in strengths]
+                damage = np.maximum(damage, of_row)
+        return [math.inf if each == 0 else 1 / each for each in np.maximum(damage, _TINY * every).tolist()]
 
     def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
         """S–N line with surface factors; None where it or the effect of mean stress is not known."""

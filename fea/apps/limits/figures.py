@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from fea.analysis.figures import Figures
+from fea.analysis.figures import CycleLifeFigures, Figures
 from fea.analysis.pipeline import RefinedRod
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY
 from fea.apps.limits.explore import LEAST_GAS, RodLimits, SafeLimit
@@ -15,6 +15,7 @@ from fea.base.note import Note, assumption, by_consequence, omission, warning
 from fea.base.shipped import shipped_toml
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
+from fea.output.statements import lasts
 from fea.rod.loading import CLOSED_THROTTLE
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -81,8 +82,9 @@ class LimitsFigures(Figures):
     largest_peak_pressure_bar: LargestValue | None
     closed_throttle: LargestValue | None
     limits: tuple[LimitPointFigures, ...]
-    #: Hours of life by the speeds of the study, rpm, at its load; None: unlimited. Empty if not asked for
+    #: By the speeds of the study, rpm, at its load; None: unlimited. Empty where life was not found
     life_hours: Mapping[str, float | None]
+    life: Mapping[str, CycleLifeFigures]  #: the same with its range
     #: (rpm, lowest, highest): peak pressures, bar, that are safe at some speeds, with what ends them
     table: tuple[tuple[str, ...], ...]
     notes: tuple[Note, ...]
@@ -126,7 +128,8 @@ def figures_of(study: Study, found: RodLimits, adapted: RefinedRod, clock: Clock
         largest_peak_pressure_bar=pressure,
         closed_throttle=closed,
         limits=tuple(_point_figures(limit, found) for limit in found.of_rays.points),
-        life_hours={f"{rpm:g}": None if math.isinf(hours) else hours for rpm, hours in found.hours.items()},
+        life_hours={f"{rpm:g}": life.hours for rpm, life in found.lives.items()},
+        life={f"{rpm:g}": life for rpm, life in found.lives.items()},
         table=tuple(_table(found)),
         notes=notes,
         left_out=left_out,
@@ -214,9 +217,8 @@ def _sentences(found: RodLimits) -> Iterator[str]:
 
 
 def _of_life(found: RodLimits, load: str) -> Iterator[str]:
-    for rpm, hours in found.hours.items():
-        long = f"about {hours:.2g} hours" if hours >= 1 else f"about {60 * hours:.2g} minutes"
-        yield f"At {rpm:.0f} rpm and {load} its life is {'unlimited' if math.isinf(hours) else long}."
+    for rpm, life in found.lives.items():
+        yield lasts(life, f"at {rpm:.0f} rpm and {load}")
     if found.no_life_because:
         yield f"Its life is not given: {found.no_life_because}."
 
@@ -321,8 +323,9 @@ def _notes(found: RodLimits) -> Iterator[Note]:
         film = "its line is where a coarse film is as thin as the surfaces are rough, to a few percent"
         yield assumption(f"{film} (fea run --film gives the error of its grid)", "oil film")
     if found.life is not None:
-        kept = "hours are those of continuous running at one point, by the mean S–N line; 1 % more stress "
-        yield assumption(f"{kept}takes about a tenth of them (fea run with [duty] gives their band)", "life")
+        line = "an S–N line that is assumed from the strengths" if found.life.assumed else "the mean S–N line"
+        kept = f"hours are those of continuous running at one point, by {line}; 1 % more stress "
+        yield assumption(f"{kept}takes about a tenth of them (fea run with [duty] adds up a duty)", "life")
     yield omission("the load case gas", "the limits are those of the running engine at each speed")
     if rod.sharp_places:
         yield omission("structural stress at sharp edges", "fea run judges them at one speed and load")

@@ -14,10 +14,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from fea.analysis.figures import CycleLifeFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import ONSETS, FailureMode, ModeFactor, RodFactors
 from fea.base.root import root
+from fea.judge.cycle_life import band_of
 from fea.pins.lubrication import crank_angles
 from fea.solid.errors import ContactError, FilmError
 from geometry.arrays import Floats, Ints
@@ -198,6 +200,7 @@ class LifeMap:
     angles: Floats  #: (n,) of the rays, rad
     logarithms: Floats  #: (n, k) of the numbers of cycles, to base 10, at the utilisations `_USAGE`
     undamaged: float  #: utilisation up to which life is unlimited: 0 for metals without an endurance limit
+    assumed: bool  #: whether an S–N line is assumed
     per_hour: float  #: cycles an hour at 1 rpm
 
     def hours(self, rpm: Floats, scale: Floats) -> Floats:
@@ -227,18 +230,27 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
                 continue
             point = of_rays.axes.point(float(of_rays.angles[ray]), float(load))
             try:
-                cycles = model.life(engine.cycle(*point), estimated=True)
+                (cycles,) = model.life(engine.cycle(*point), every=True)
             except ContactError:  # no state of contact carries the load
                 break
             logarithms[row, column] = math.log10(cycles)
     undamaged = required if model.endurance else 0.0
     per_hour = engine.loading.engine.cycles_per_hour
-    return LifeMap(of_rays, of_rays.angles[some], logarithms, undamaged, per_hour)
+    return LifeMap(of_rays, of_rays.angles[some], logarithms, undamaged, model.assumed, per_hour)
 
 
-def hours_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> float:
-    """Hours at the study's load and a speed, rpm; infinite without damage."""
-    cycle = engine.cycle(rpm, engine.full_load_scale(rpm))
-    if model.endurance and model.at(cycle)[FailureMode.FATIGUE].factor >= 1:
-        return math.inf
-    return model.life(cycle) / (cycle.engine.cycles_per_hour * rpm)
+def life_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> CycleLifeFigures:
+    """Return the life at the study's load and a speed, rpm."""
+    cycle, band = engine.cycle(rpm, engine.full_load_scale(rpm)), band_of(assumed=model.assumed)
+    cycles = model.life(cycle, (1.0, 1 - band, 1 + band))
+    hours = [None if math.isinf(each) else each / (cycle.engine.cycles_per_hour * rpm) for each in cycles]
+    return CycleLifeFigures(
+        hours=hours[0],
+        low_hours=hours[1],
+        high_hours=hours[2],
+        band_percent=100 * band,
+        cycles=None if math.isinf(cycles[0]) else cycles[0],
+        assumed=model.assumed,
+        unlimited=bool(model.endurance),
+        by_strain=False,
+    )

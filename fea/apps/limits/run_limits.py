@@ -45,7 +45,8 @@ def limits(
     at_rpm
         Speed at which the largest peak pressure is found; default: that of the study, the highest.
     duty
-        Whether hours of life are found too; also with [duty] in the study.
+        Whether hours of life are found also for a rod of separate parts, where they take long; also with
+        [duty] in the study.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def limits(
     if folder is not None:
         require_replaceable(folder)
     clock = Clock(listener)
-    life_at = speeds if duty or study.duty is not None else []
+    asked = duty or study.duty is not None
     given, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
     adapted = refined_rod(study, [speeds[-1]], clock)
     show = listener or (lambda _text: None)
@@ -72,7 +73,9 @@ def limits(
         show(FIRST + words(first))
 
     with clock("limits"):
-        found = explore(adapted, speeds[-1], at_rpm, show, answered, life_at=life_at)
+        lives_at = speeds if asked or study.assembly is None else []
+        found = explore(adapted, speeds[-1], at_rpm, show, answered, lives_at=lives_at)
+        found = found if asked else replace(found, no_life_because="")
     files = FILES if found.life is None else (*FILES, LIFE)
     figures = replace(figures_of(study, found, adapted, clock), files=files)
     if folder is not None:

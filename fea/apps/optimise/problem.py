@@ -14,6 +14,8 @@ from fea.analysis.film import FilmResult
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.base.units import UM
+from fea.judge.cycle_life import strength_share
+from fea.judge.fatigue import fatigue_factor
 from fea.solid.errors import FilmError
 from fea.study.option_tables import OptimiseTable
 from fea.study.rod_table import dimension_of
@@ -126,6 +128,8 @@ def variables(study: Study) -> Variables:
 
 
 YIELDING, FATIGUE, BUCKLING = "yielding", "fatigue", "buckling"
+# The factor of this constraint is that by which stress may grow until the rod lasts the hours and no more.
+HOURS = "hours"
 # The factor of this constraint is the smallest film, µm.
 FILM = "oil film, big end, µm"
 # A film that starves, overheats or is not solved counts at most as this share of the required one.
@@ -137,6 +141,10 @@ def required(study: Study) -> dict[str, float]:
     table, usual = study.optimise or OptimiseTable(), study.analysis.min_safety or 1.0
     given = (table.min_yield_safety, table.min_fatigue_safety, table.min_buckling_safety)
     factors = {mode: own or usual for mode, own in zip((YIELDING, FATIGUE, BUCKLING), given, strict=True)}
+    if table.min_hours is not None:
+        factors[HOURS] = table.min_hours
+        if table.min_fatigue_safety is None:
+            del factors[FATIGUE]
     return factors if table.min_film_um is None else factors | {FILM: table.min_film_um}
 
 
@@ -227,14 +235,16 @@ def _of_stress(
     else:
         counts, envelope = result.cycle.counts, result.cycle.envelope
         factors = {YIELDING: 1 / np.maximum(envelope.usage, 1e-300)}
-        if envelope.fatigue_factor is not None:
+        if HOURS in required:
+            factors[f"life of {required[HOURS]:g} h"] = _life_factors(rod, result, required[HOURS])
+        if envelope.fatigue_factor is not None and FATIGUE in required:
             factors[FATIGUE] = np.where(np.isnan(envelope.fatigue_factor), np.inf, envelope.fatigue_factor)
     found = []
     for place, nodes in _places(rod).items():
         for mode, factor in factors.items():
             least = float(factor[nodes & counts].min(initial=np.inf))
             if np.isfinite(least):
-                found.append(DesignConstraint(f"{mode}, {place}", least, bar, required[mode]))
+                found.append(DesignConstraint(f"{mode}, {place}", least, bar, required.get(mode, 1.0)))
     edges = [
         DesignConstraint(
             f"{YIELDING}, sharp edge", float(edge.safety_factor), edge.error_percent, required[YIELDING]
@@ -243,6 +253,20 @@ def _of_stress(
         for edge in case.sharp_mattering
     ]
     return found + edges
+
+
+def _life_factors(rod: PreparedRod, result: SpeedResult, hours: float) -> Floats:
+    """Factors (n_nodes,) by which stress may grow until places last so many hours."""
+    factors, cycle = None, result.cycle
+    if cycle is not None and result.rpm is not None:
+        (material,), found = rod.materials, cycle.envelope
+        cycles = hours * result.rpm * rod.engine.engine.cycles_per_hour
+        share = strength_share(material, cycle.regions.factors(material), cycles)
+        if share is not None:
+            factors = fatigue_factor(rod.options.fatigue, found.mean, found.amplitude, material, share)
+    if factors is None:
+        raise ValueError("only a rod with a crank cycle and an S–N line has hours")
+    return factors
 
 
 def _places(rod: PreparedRod) -> dict[str, Mask]:

@@ -15,6 +15,7 @@ from fea.apps.optimise.designs import Design, Designs, record
 from fea.apps.optimise.figures import CheckedRod, OptimiseFigures, optimise_figures
 from fea.apps.optimise.problem import FILM, MinimumFilm, Variables, constraints, required, variables
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
+from fea.judge.cycle_life import with_line
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock, duration
 from fea.output.folder import OPTIMISED, require_replaceable, run_folder
@@ -94,6 +95,10 @@ def search_study(study: Study) -> Study:
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
     tolerance = given if given is not None or size is not None else TOLERANCE
     table = study.optimise or OptimiseTable()
+    if table.min_hours is not None:
+        known = study.engine is not None and with_line(study.material.material()).basquin is not None
+        rule = "needs an [engine], and a material with an S–N line or with strengths for one"
+        require(known, "optimise.min_hours", table.min_hours, rule, "Give them, or leave it out.")
     if table.min_film_um is not None:
         study.require_film("optimise.min_film_um", table.min_film_um)
         study = replace(study, analysis=replace(study.analysis, film=True))

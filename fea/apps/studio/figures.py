@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import column_figures
-from fea.analysis.cycle.figures import fatigue_error
+from fea.analysis.cycle.figures import fatigue_error, life_figures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import sharp_edge_figures
@@ -21,6 +21,7 @@ from fea.base.units import KG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.report.surface import NumberedSurface
+from fea.output.statements import lasting
 from fea.rod.places import place_name
 from geometry.arrays import Floats, Vector, vector
 from mesh.tetmesh import FACET_CHILDREN
@@ -80,6 +81,7 @@ class StudioFigures:
     governing: str  #: the load case of the smallest of these
     yielding: ShownFactor
     fatigue: ShownFactor | None = None  #: None where it is not computed yet, or no strength is known
+    life: str = ""  #: how long it lasts, in words; empty where that is not computed
     buckling: ShownFactor | None = None  #: None where no load case compresses the rod
     bolts: ShownFactor | None = None  #: the worst of bolts and joint; None for a rod in one piece
     checks: Mapping[str, Check] | None = None  #: None where nothing was solved
@@ -147,6 +149,7 @@ def figures(rod: PreparedRod, result: SpeedResult) -> StudioFigures:
         governing=worst.load.name,
         yielding=_yielding(rod, result, Governing.of(cases).percent),
         fatigue=_fatigue(rod, result),
+        life=_life(rod, result),
         buckling=_buckling(rod, result),
         bolts=None if bolts is None else ShownFactor(bolts, bolts.mode),
         checks=result.checks,
@@ -176,6 +179,11 @@ def _fatigue(rod: PreparedRod, result: SpeedResult) -> ShownFactor | None:
     node = cycle.weakest.node
     percent = fatigue_error(cycle, rod, tuple(result.cases.values()))
     return _at_node(rod, float(cycle.envelope.fatigue_factor[node]), percent or 0.0, node)
+
+
+def _life(rod: PreparedRod, result: SpeedResult) -> str:
+    found = None if result.cycle is None else life_figures(result.cycle, rod, result.rpm)
+    return "" if found is None else f"{lasting(found)}{' (assumed line)' if found.assumed else ''}"
 
 
 def _buckling(rod: PreparedRod, result: SpeedResult) -> ShownFactor | None:

@@ -27,7 +27,7 @@ from fea.judge.safety_factor import SafetyFactor
 from fea.output.report.surface import NumberedSurface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
-from fea.rod.places import place_name
+from fea.rod.places import SurfaceRegions, place_name
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.mass import MassProperties, tensor
@@ -176,6 +176,7 @@ class TrackedNodes:
         node = np.concatenate([np.tile(of_part, len(sides)) for of_part in parts])
         mirrored = np.concatenate([np.repeat(sides, len(of_part)) for of_part in parts]) < 0
         self._one_part = len(parts) == 1
+        self._regions: SurfaceRegions | None = None
         self.part = np.repeat(np.arange(len(parts)), [len(sides) * len(of_part) for of_part in parts])
         # The node of the whole rod of each row: the one on its side of y = 0, at z > 0.
         upper = np.flatnonzero(whole.sign[:, 2] > 0)
@@ -207,7 +208,7 @@ class TrackedNodes:
             for name, case in result.cases.items()
         }
         if isinstance(given, EngineLoading):
-            parts = self._unit_stresses(rod)
+            parts = self._unit_stresses(rod, load)
         return SampledDesign(
             x=x,
             loading=lambda study: EngineLoading.of(study.engine, length) if study.engine else given,
@@ -220,9 +221,12 @@ class TrackedNodes:
             unit_loads=rod.full_cycle.loads if parts else None,
         )
 
-    def _unit_stresses(self, rod: PreparedRod) -> list[PartRows]:
-        """Unit stresses of the rows of each part, in single precision."""
+    def _unit_stresses(self, rod: PreparedRod, load: DesignLoad) -> list[PartRows]:
+        """Unit stresses of the rows of each part, in single precision; all rods have the first's support."""
         analysis = rod.full_cycle
+        if self._regions is None and load.rpm:
+            self._regions = analysis.supported(rod.crank_cycle(load.rpm)).regions
+        analysis = replace(analysis, regions=self._regions or analysis.regions)
         units = analysis.units.of(self.nodes)
         single: Any = partial(np.asarray, dtype=np.float32)
         parts = [replace(part, even=single(part.even), odd=single(part.odd)) for part in units.parts]

@@ -79,7 +79,7 @@ class LimitsMap {
     if (!this.data.hours) return "";
     const hours = 10 ** this.between(this.data.hours, rpm, peak, Math.log10);
     if (hours > 1e5) return " It lasts more than 100 000 hours.";
-    return hours < 0.1 ? " It lasts less than 6 minutes." : ` It lasts about ${Number(hours.toPrecision(2))} hours.`;
+    return hours < 0.1 ? " It lasts less than 6 minutes." : ` It lasts about ${Number(hours.toPrecision(this.data.line ? 1 : 2))} hours${this.data.line && ` ${this.data.line}`}.`;
   }
 
   // Mark a place on the rod at once, and fly there when the pointer rests.

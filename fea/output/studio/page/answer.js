@@ -47,7 +47,7 @@ class AnswerPanel {
     if (this.since?.state === JSON.stringify(header.state)) this.since.figures[alike(header)] = figures;
     const before = this.since?.figures[alike(header)] ?? {};
     this.root.replaceChildren(this.mass(figures, before),
-      ...MODES.filter(([mode]) => mode !== "bolts" || figures.bolts).map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
+      ...MODES.filter(([mode]) => mode !== "bolts" || figures.bolts).map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode, mode === "fatigue" ? figures.life : "")));
     const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
     const [what, where] = figures.governs === "bolts" ? [worst.where, ""] : [figures.governs, worst.where && `, ${worst.where}`];
     const stress = peak ? ` Largest stress: ${peak.peak_MPa.toFixed(0)} MPa in ${peak.name}, ${peak.where}.` : "";
@@ -87,7 +87,7 @@ class AnswerPanel {
     return Number(by) === 0 ? `as ${this.since.name}` : `${by > 0 ? "+" : "−"}${by.replace("-", "")}${unit} from ${this.since.name}`;
   }
 
-  card(name, factor, before, governs) {
+  card(name, factor, before, governs, life = "") {
     const head = element("h3", {}, name);
     if (governs) head.append(element("span", { class: "badge" }, "governs"));
     if (!factor) return element("div", { class: "card none" }, head, element("p", { class: "big" }, "…"),
@@ -97,7 +97,7 @@ class AnswerPanel {
     return element("div", { class: `card ${kind}`, title: factor.where },
       head, element("p", { class: "big" }, two(own.factor), element("small", {}, bar)),
       this.meter(own), element("p", { class: "change" },
-        element("b", {}, words), [" · ", this.change(own.factor, before?.factor, 2)].filter((_, k, all) => all[1]).join("")));
+        element("b", {}, words), life && ` · lasts ${life}`, [" · ", this.change(own.factor, before?.factor, 2)].filter((_, k, all) => all[1]).join("")));
   }
 
   // From 0 to three times what is required: the factor, its bar, and the requirement as a line.

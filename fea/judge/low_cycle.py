@@ -1,0 +1,107 @@
+"""Lives below 10⁴ cycles, where a notch yields in every cycle: from the local strain, by Coffin and Manson.
+
+*Local stress.* Where yielding stays local, stress and strain at a notch follow from the elastic stress there:
+σ ε = σ_e²/E (Neuber, J. Appl. Mech. 28, 1961, 544) and ε = σ/E + (σ/K′)^(1/n′), the cyclic curve with the
+constants of compatible lines: n′ = b/c, K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is larger and
+life shorter.
+
+*Life.* σ_max ε_a = σ_f′²/E (2N)^(2b) + σ_f′ ε_f′ (2N)^(b + c) (Smith, Watson & Topper, J. Materials 5, 1970,
+767) with a tensile mean stress; a compressive one gives no benefit. The factors of surface and size make b
+steeper, so that they hold at the knee and have no effect on the first reversal.
+
+*Constants that are not known* are those of the uniform material law (Bäumel & Seeger, Materials Data for
+Cyclic Loading, Supplement 1, 1990; read in programs that implement it). Steel: σ_f′ = 1.5 S_u, b = −0.087,
+ε_f′ = 0.59 ψ, c = −0.58 with ψ = 1.375 − 125 S_u/E, at most 1. Aluminium and titanium: σ_f′ = 1.67 S_u,
+b = −0.095, ε_f′ = 0.35, c = −0.69.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fea.base.material import Basquin, CoffinManson, Material, is_steel
+from geometry.arrays import Floats
+
+_LIGHT = 5e-9  # t/mm³: aluminium and titanium are below, bronze is above
+_LONGEST = 1e12  # reversals
+_BRITTLE = 0.1  # ψ below which the law of steels is not valid
+
+
+@dataclass(frozen=True)
+class StrainLine:
+    """Strain over life at a place of a part, and the cyclic curve of its material."""
+
+    modulus: float  #: E, MPa
+    #: elastic, plastic: shares of the strain amplitude; the elastic one with the factors of the place
+    elastic: Basquin
+    plastic: CoffinManson
+    hardening: float  #: n′
+    assumed: bool  #: whether a constant is
+    whole: float  #: factor on all strengths: reliability, and loading where the S–N line is known
+
+    @classmethod
+    def of(cls, material: Material, knee: float, surface: float = 1.0) -> "StrainLine | None":
+        """Return the line of a place of surface factor k_a; None where no constants are known or estimated.
+
+        `knee`: cycles at the endurance limit, where k_a and the factor of size hold.
+        """
+        marin, (estimated, ductile) = material.marin, _uniform_law(material) or (None, None)
+        elastic, plastic = material.basquin or estimated, material.coffin_manson or ductile
+        if elastic is None or plastic is None:
+            return None
+        exponent = elastic.exponent + math.log(surface * marin.size) / math.log(2 * knee)
+        assumed = material.basquin is None or material.coffin_manson is None
+        whole = marin.reliability * (1.0 if material.basquin is None else marin.load)
+        hardening = elastic.exponent / plastic.exponent
+        return cls(
+            material.youngs_modulus, replace(elastic, exponent=exponent), plastic, hardening, assumed, whole
+        )
+
+    def local(self, elastic_stress: float) -> tuple[float, float]:
+        """Return stress, MPa, and strain of the cyclic curve by Neuber's rule."""
+        strength = float(self.elastic.coefficient / self.plastic.coefficient**self.hardening)  # K′
+
+        def beyond(stress: float) -> float:
+            plastic = float((stress / strength) ** (1 / self.hardening))
+            return stress**2 + self.modulus * stress * plastic - elastic_stress**2
+
+        stress = float(brentq(beyond, 0.0, elastic_stress))
+        return stress, elastic_stress**2 / (self.modulus * stress)
+
+    def cycles(self, mean: Floats, amplitude: Floats) -> float:
+        """Periods until Palmgren and Miner's sum of cycles of elastic stress (n,), MPa, is 1; at least ½."""
+        pairs = zip((np.maximum(mean, 0) + amplitude).tolist(), amplitude.tolist(), strict=True)
+        damage = sum(1 / self._of(high / self.whole, half / self.whole) for high, half in pairs if half > 0)
+        return 1 / damage if damage else math.inf
+
+    def _of(self, highest: float, amplitude: float) -> float:
+        """Cycles of one size, by their largest elastic stress and its amplitude, MPa."""
+        (most, _), (_, strain) = self.local(highest), self.local(amplitude)
+        b, c = self.elastic.exponent, self.plastic.exponent
+
+        def above(log_reversals: float) -> float:
+            elastic = self.elastic.coefficient**2 / self.modulus * math.exp(2 * b * log_reversals)
+            plastic = self.elastic.coefficient * self.plastic.coefficient * math.exp((b + c) * log_reversals)
+            return math.log((elastic + plastic) / (most * strain))
+
+        longest = math.log(_LONGEST)
+        if above(0.0) <= 0:
+            return 0.5
+        return math.inf if above(longest) >= 0 else math.exp(float(brentq(above, 0.0, longest))) / 2
+
+
+def _uniform_law(material: Material) -> tuple[Basquin, CoffinManson] | None:
+    """Estimate both lines from the ultimate strength; None where the law is not valid."""
+    ultimate = material.ultimate_strength
+    if ultimate is None:
+        return None
+    if is_steel(material.youngs_modulus):
+        ductile = min(1.375 - 125 * ultimate / material.youngs_modulus, 1.0)
+        if ductile < _BRITTLE:
+            return None
+        return Basquin(1.5 * ultimate, -0.087), CoffinManson(0.59 * ductile, -0.58)
+    if material.density < _LIGHT:
+        return Basquin(1.67 * ultimate, -0.095), CoffinManson(0.35, -0.69)
+    return None
