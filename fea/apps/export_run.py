@@ -17,6 +17,7 @@ from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
+from fea.apps.what_if.solve import with_what_if
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
@@ -123,10 +124,10 @@ def report_run(
     rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {runs[0]}."
     require(out is None or runs == [folder], "--out", None if out is None else str(out), rule, remedy)
     if sheet:
-        pages = [_sheet(run, clock, units, out) for run in runs]
+        pages = [_sheet(run, clock, units, out, alone=len(runs) == 1) for run in runs]
     else:
         with ready_to_draw():
-            pages = [_report(run, clock, units, out) for run in runs]
+            pages = [_report(run, clock, units, out, alone=len(runs) == 1) for run in runs]
     if not pdf:
         return pages
     for page in pages:
@@ -135,15 +136,20 @@ def report_run(
     return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
-def _sheet(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None) -> Path:
+def _sheet(
+    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None, *, alone: bool
+) -> Path:
     with clock("read"):
         run = read_run(folder)
+    run = with_what_if(run, clock) if alone else run
     with clock("sheet"), shown_in(units or run.study.output.units):
         write_sheet(out or folder / SHEET, run, folder)
     return out or folder / SHEET
 
 
-def _report(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None) -> Path:
+def _report(
+    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None, *, alone: bool
+) -> Path:
     with clock("read"):
         run = read_run(folder)
         cycle = run.summary.cycle if run.fields else None
@@ -151,6 +157,7 @@ def _report(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | No
         run = _with_motion(run, cycle, clock)
     if run.fields and run.summary.film:
         run = _with_films(run, run.summary.film, clock)
+    run = with_what_if(run, clock) if alone else run
     with clock("report"), shown_in(units or run.study.output.units):
         write_report(out or folder / REPORT, run, folder)
     return out or folder / REPORT
