@@ -16,9 +16,7 @@ from geometry.errors import InvalidValue
 
 # Keys of [assembly] that only the present bolt has: how it is tightened, and how it is made.
 TIGHTENING: dict[str, Any] = dict.fromkeys((*TIGHTENED, "bolt_angle_deg", "bolt_tightening_factor"))
-SIZES: dict[str, Any] = dict.fromkeys(
-    ("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm")
-)
+SIZES: dict[str, Any] = dict.fromkeys(("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm"))
 # Preloads that differ by less, relatively, are the same.
 _SAME = 0.01
 OWN_GRADE = "as given"  #: the name of a grade whose strengths are those of [material.bolt]

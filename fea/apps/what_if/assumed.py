@@ -33,7 +33,10 @@ def _varied(draft: Draft, summary: Summary, place: str) -> Iterator[tuple[str, S
     if peaks is not None:
         low, high = (peak / BAR for peak in peaks)
         late = {"peak_pressure_bar": low}
-        yield f"peak pressure {high:.0f} bar, of early combustion; {low:.0f} bar of late", study.with_(engine=late)
+        yield (
+            f"peak pressure {high:.0f} bar, of early combustion; {low:.0f} bar of late",
+            study.with_(engine=late),
+        )
     if names := assumed_at(study.rod.dimensions, place):
         sizes = {key_of(name): _THINNER * getattr(study.rod.dimensions, name) for name in names}
         yield "dimensions there by assumed proportions, 5 % less", study.with_rod(**sizes)

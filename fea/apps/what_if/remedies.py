@@ -29,7 +29,7 @@ _RANGE = (0.6, 1.4)  # of a dimension of which [optimise] gives none, as there
 _STEP, _LEAST_STEP = 1.1, 1.01  # to see what a dimension does
 _AIM = 1.01  # of the required factor, which the solution is to reach
 _TENTHS = 10  # of a mm, to which a dimension is rounded
-_GRID = 401
+_GRID = 4001
 
 
 @dataclass
@@ -81,7 +81,9 @@ def _dimensions(draft: Draft, place: str) -> Iterator[_Dimension]:
         bounds = table.free.get(key, tuple(share * now for share in _RANGE))
         with suppress(InvalidValue):  # it has no effect, or stands outside of its bounds
             one = variables(replace(study, optimise=replace(table, free={key: bounds})))
-            low, high = (one.dimensions(one.nearest_feasible(np.array([x]), one.start))[key] for x in (0.0, 1.0))
+            low, high = (
+                one.dimensions(one.nearest_feasible(np.array([x]), one.start))[key] for x in (0.0, 1.0)
+            )
             step = min(_STEP * now, high) if high > _LEAST_STEP * now else max(now / _STEP, low)
             if max(step / now, now / step) >= _LEAST_STEP:
                 found = _Dimension(name, now, low, high, draft.run, {})
@@ -99,7 +101,9 @@ def dimension_remedy(draft: Draft, summary: Summary, place: str) -> tuple[str, b
     value, one = (
         min(able, key=lambda pair: abs(log(pair[0] / pair[1].now)))
         if able
-        else max(((each.best(), each) for each in every), key=lambda pair: float(pair[1].least(np.array(pair[0]))))
+        else max(
+            ((each.best(), each) for each in every), key=lambda pair: float(pair[1].least(np.array(pair[0])))
+        )
     )
     study, key = draft.study, key_of(one.name)
     found = draft.factors(study.with_rod(**{key: value}))

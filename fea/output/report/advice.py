@@ -193,7 +193,11 @@ class Advice:
             self.material.youngs_modulus
         ):
             steel = self.steel()
-            yield "No steel of the library reaches both factors with this shape" if steel is None else steel.text
+            yield (
+                "No steel of the library reaches both factors with this shape"
+                if steel is None
+                else steel.text
+            )
 
     def _peened(self, required: float) -> Iterator[str]:
         made = self._regions().get(Region.REST)

@@ -356,7 +356,9 @@ def _pack_parity(packer: Packer, name: str, of: ParityMotion, rows: tuple[Ints, 
     packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
     # A course as finely as its mode: half a step of stress, and of displacement, where that is largest.
     sizes = np.abs(of.stress).max(axis=(0, 1)) / step
-    sizes[: moved.shape[1]] = np.maximum(sizes[: moved.shape[1]], np.abs(moved).max(axis=(0, 2)) * _MOVED / largest)
+    sizes[: moved.shape[1]] = np.maximum(
+        sizes[: moved.shape[1]], np.abs(moved).max(axis=(0, 2)) * _MOVED / largest
+    )
     instants, enough = np.arange(of.courses.shape[1]), packer.coarser / np.maximum(sizes, 1e-30)
     packer.values(f"{name}.courses", of.courses.T, np.stack([instants - 1] * 2, axis=1), enough=enough)
 
