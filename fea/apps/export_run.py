@@ -17,7 +17,7 @@ from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
-from fea.apps.what_if.solve import with_what_if
+from fea.apps.what_if.solve import REFUSALS, what_if
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
@@ -33,7 +33,6 @@ from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.output.vtu import COMPONENTS
 from fea.rod.given import PART, meshed_rod
-from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.solid.stress import matrices
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import PINS
@@ -93,10 +92,6 @@ def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str
 
 # Relative change of a film's highest pressure up to which it is the same.
 _SAME = 1e-3
-# What may keep the cycle from being solved again; the rest of a report does without.
-_REFUSALS = (
-    InvalidValue, MeshError, ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError,
-)  # fmt: skip
 
 
 def report_run(
@@ -141,7 +136,7 @@ def _sheet(
 ) -> Path:
     with clock("read"):
         run = read_run(folder)
-    run = with_what_if(run, clock) if alone else run
+    run = replace(run, what_if=what_if(run, clock)) if alone else run
     with clock("sheet"), shown_in(units or run.study.output.units):
         write_sheet(out or folder / SHEET, run, folder)
     return out or folder / SHEET
@@ -157,7 +152,7 @@ def _report(
         run = _with_motion(run, cycle, clock)
     if run.fields and run.summary.film:
         run = _with_films(run, run.summary.film, clock)
-    run = with_what_if(run, clock) if alone else run
+    run = replace(run, what_if=what_if(run, clock)) if alone else run
     with clock("report"), shown_in(units or run.study.output.units):
         write_report(out or folder / REPORT, run, folder)
     return out or folder / REPORT
@@ -170,7 +165,7 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
             rod = prepared_again(run)
             require_same_loads(run, rod.loading.at(rod.mass, run.summary.rpm).cases)
             again = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
-    except _REFUSALS as error:
+    except REFUSALS as error:
         return replace(run, without_motion=f"the cycle could not be solved again: {error}")
     same, why = agreeing(again, _known(run))
     return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
@@ -178,7 +173,7 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
 
 def _with_films(run: StoredRun, known: Mapping[str, FilmFigures], clock: Clock) -> StoredRun:
     """The run with the oil films of its bearings, solved again, where they are what they were."""
-    with suppress(*_REFUSALS), clock("film"):
+    with suppress(*REFUSALS), clock("film"):
         films, _ = films_at(prepared_again(run), run.summary.rpm or 0.0)
         changes = [film.figures.p_max_MPa / known[film.end.value].p_max_MPa - 1 for film in films]
         return replace(run, films=films) if np.abs(changes).max() < _SAME else run

@@ -268,23 +268,14 @@ class EngineTable(
                 'Give it, or fuel = "petrol" or "diesel".',
             )
             return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
-        low, high = self._peaks(ratio, engine.rod_length)
+        rod_ratio = engine.crank_radius / engine.rod_length
+        since = -self.port if self.strokes == 2 else -180.0
+        low, high = peak_interval(self.fuel, ratio, self.intake, rod_ratio, since)
         return high, (
             f"peak_pressure_bar = {high / BAR:.3g}, computed for {self.fuel} at full load with "
             f"{self.intake / BAR:.3g} bar in the intake: from late to early combustion it is "
             f"{low / BAR:.0f} to {high / BAR:.0f} bar, of which the largest is used"
         )
-
-    def computed_peaks(self, rod_length: float) -> tuple[float, float] | None:
-        """Return the absolute peak pressures, MPa, of late and early combustion; None where one is given."""
-        ratio, given = self.compression_ratio, self.peak_pressure_bar is not None
-        if self.gas != "otto" or self.fuel is None or ratio is None or given:
-            return None
-        return self._peaks(ratio, rod_length)
-
-    def _peaks(self, ratio: float, rod_length: float) -> tuple[float, float]:
-        since = -self.port if self.strokes == 2 else -180.0
-        return peak_interval(self.fuel or "", ratio, self.intake, self.stroke_mm / 2 / rod_length, since)
 
     def ideal_cycle(
         self, engine: Engine, ratio: float, peak: float | None, intake: float, heat_ratio: float

@@ -1,5 +1,6 @@
 """What the sheet solves again: what assumptions change, and the least change with which a rod passes."""
 
+import re
 from dataclasses import replace
 from math import sqrt
 
@@ -9,15 +10,14 @@ from studies import plain_study
 
 from fea.analysis.pipeline import RefinedRod, prepare
 from fea.analysis.result import run_result
-from fea.apps.what_if.assumed import _VARIED, _assumed_values, assumed_changes
-from fea.apps.what_if.draft import Draft, least_factors
-from fea.apps.what_if.remedies import _Dimension, dimension_remedy
-from fea.apps.what_if.solve import with_what_if
+from fea.apps.what_if.draft import VARIED, Draft, assumed_changes, least_factors
+from fea.apps.what_if.remedies import DimensionEffect, dimension_remedy, exponents
+from fea.apps.what_if.solve import what_if
 from fea.base.note import assumption
 from fea.judge.safety_factor import SafetyFactor
 from fea.machine.clock import Clock
 from fea.output.report.advice import Advice
-from fea.output.report.sheet import place_that_fails
+from fea.output.report.sheet import sheet_rows
 from fea.study.all_tables import TABLES
 from fea.study.tables import keys_of
 
@@ -47,14 +47,15 @@ def run():
 def test_a_dimension_is_the_nearest_one_that_suffices():
     # 0.9 (x/10)² = 1.01 at 10.59, 0.95 x/10 = 1.01 at 10.63: both hold from there, rounded up.
     run = {"yielding": SafetyFactor(1.0, 0.9), "fatigue": SafetyFactor(1.0, 0.95)}
-    one = _Dimension(SHANK, 10.0, 6.0, 14.0, run, {"yielding": 2.0, "fatigue": 0.0})
-    assert one.needed(1.0) is None  # fatigue does not depend on it
-    one.slopes["fatigue"] = 1.0
-    assert one.needed(1.0) == pytest.approx(10.7)
-    one.slopes = {"yielding": -2.0, "fatigue": -1.0}
-    assert one.needed(1.0) == pytest.approx(9.4)  # 10 × 0.95/1.01 = 9.406
-    one.learn(12.0, {"yielding": SafetyFactor(1.2**3), "fatigue": SafetyFactor(1.2)})
-    assert one.slopes == pytest.approx({"yielding": 3.0, "fatigue": 1.0})
+    one = DimensionEffect(SHANK, 10.0, 6.0, 14.0, {"yielding": 2.0, "fatigue": 1.0})
+    assert one.wanted(run, 1.0)[0] == pytest.approx(10.7)
+    thinner = one._replace(exponents={"yielding": -2.0, "fatigue": -1.0})
+    assert thinner.wanted(run, 1.0)[0] == pytest.approx(9.4)  # 10 × 0.95/1.01 = 9.406
+    # Fatigue does not depend on it, and decides as soon as yielding does not.
+    stuck = one._replace(exponents={"yielding": 2.0, "fatigue": 0.0})
+    assert stuck.wanted(run, 1.0)[1] == pytest.approx(0.95)
+    found = {"yielding": SafetyFactor(1.2**3), "fatigue": SafetyFactor(1.2)}
+    assert exponents(run, found, 1.2) == pytest.approx({"yielding": 3.0, "fatigue": 1.0})
 
 
 def test_where_no_dimension_suffices_the_best_is_named(run, monkeypatch):
@@ -94,32 +95,53 @@ def test_twice_the_force_halves_the_factor():
 
 
 def test_assumptions_are_found_by_their_keys_and_solved_one_by_one(run):
-    for key in _VARIED:
-        table, _, name = f"engine.{key}".split("engine.")[-1].rpartition(".")
+    for key in VARIED:
+        table, _, name = key.rpartition(".")
         assert name in keys_of(TABLES[table or "engine"])
-    note = assumption("assumed piston_mass_kg = 0.38 (0.6 g/cm³ × bore³)", "engine honda-k20a")
-    friction = assumption("assumed friction 0.15 between the parts (assembly.joint_friction)", "assembly")
-    fit = assumption("assumed small-end clearance 0.0144 mm (contact.small_end_clearance_mm)", "contact")
-    summary = replace(run.summary, notes=(note, friction, fit))
-    found = {
-        "piston_mass_kg": 0.38,
-        "assembly.joint_friction": 0.15,
-        "contact.small_end_clearance_mm": 0.0144,
-    }
-    assert dict(_assumed_values(summary)) == found
-    draft = Draft(run.study, run.summary, alone=False)
+    notes = (
+        "assumed piston_mass_kg = 0.38 (0.6 g/cm³ × bore³)",
+        "assumed friction 0.15 between the parts (assembly.joint_friction)",
+        "assumed small-end clearance 0.0144 mm (contact.small_end_clearance_mm)",
+        "peak_pressure_bar = 164, computed for petrol: from late to early combustion it is 74 to 164 bar",
+    )
+    summary = replace(run.summary, notes=tuple(assumption(text) for text in notes))
+    varied = {}
+
+    def factors(study):
+        varied["mass"] = study.engine.piston_mass_kg
+        varied.setdefault("peak", study.engine.peak_pressure_bar)
+        varied["clearance"] = study.contact.small_end_clearance_mm
+        return {"yielding": SafetyFactor(0.8)}
+
+    draft = Stands(run.study, yielding=1.0)
+    draft.factors, draft.alone = factors, True  # without bolts, so without their friction
+    changes = list(assumed_changes(draft, summary, ""))
+    assert [change.text.partition(",")[0] for change in changes] == [
+        "peak pressure 164 bar", "piston mass", "clearance of the small end",
+    ]  # fmt: skip
+    assert {(change.now, change.then) for change in changes} == {(1.0, 0.8)}
+    assert varied["peak"] == 74
+    assert varied["clearance"] == pytest.approx(0.0288)
+
+
+def test_a_heavier_piston_takes_what_its_inertia_adds(run):
     mass = run.study.engine.piston_mass_kg
-    heavier = assumption(f"assumed piston_mass_kg = {mass:g} (estimated)", "engine")
-    (change,) = assumed_changes(draft, replace(run.summary, notes=(heavier,)), "")
-    assert change.now == min(least_factors(run.summary).values())
+    draft = Draft(run.study, run.summary, alone=False)
+    heavier = draft.factors(run.study.with_(engine={"piston_mass_kg": 1.1 * mass}))
+    now = least_factors(run.summary)
     # Inertia of the piston is most of the force in tension, by which the rod fails.
-    assert 0.91 < change.then / change.now < 0.97
+    assert 0.91 < heavier["fatigue"] / now["fatigue"] < 0.97
 
 
 def test_the_sheet_says_what_was_solved(run):
-    solved = with_what_if(run, Clock())
-    assert place_that_fails(run.summary).startswith("big-end")
-    assert [change.text for change in solved.what_if.assumed][0].startswith("dimensions there")
+    lenient = replace(run.summary.survival, required_safety_factor=0.6, answer="undecided")
+    asked = replace(run, study=run.study.with_(analysis={"min_safety": 0.6}))
+    asked = replace(asked, summary=replace(run.summary, survival=lenient))
+    solved = replace(asked, what_if=what_if(asked, Clock()))
+    assert solved.what_if.assumed[0].text.startswith("dimensions there")
     remedies = Advice(solved).remedies()
-    assert remedies[0] == solved.what_if.remedies[0]
-    assert "solved again" in " ".join(remedies)
+    assert re.match(
+        r"Big end \w+ [\d.]+ mm \(now [\d.]+ mm\): it meets the required .*, solved again$", remedies[0]
+    )
+    sheet = {row.title: row for row in sheet_rows(solved, None)}
+    assert sheet["What would make it pass"].value == remedies[0]

@@ -1,9 +1,10 @@
 """The least change of one dimension, of the bolts or of the steel with which a rod passes, solved again."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, floor, log
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from fea.analysis.figures import Summary
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
 from fea.apps.bolts.fitting import SIZES, TIGHTENING
-from fea.apps.bolts.run_bolts import BoltRow, bolts
+from fea.apps.bolts.run_bolts import bolts
 from fea.apps.optimise.problem import variables
 from fea.apps.what_if.draft import Draft
 from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer
@@ -21,10 +22,10 @@ from fea.output.units import factor, quantity
 from fea.study.option_tables import OptimiseTable
 from fea.study.proportions import dimensions_at
 from fea.study.study import Study
-from geometry.arrays import Floats
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue
 
+Factors = Mapping[str, SafetyFactor]
 _RANGE = (0.6, 1.4)  # of a dimension of which [optimise] gives none, as there
 _STEP, _LEAST_STEP = 1.1, 1.01  # to see what a dimension does
 _AIM = 1.01  # of the required factor, which the solution is to reach
@@ -32,118 +33,94 @@ _TENTHS = 10  # of a mm, to which a dimension is rounded
 _GRID = 4001
 
 
-@dataclass
-class _Dimension:
-    """A dimension, what values it can have, and how the least factors depend on it: f = f₀ (x/x₀)^s."""
+class DimensionEffect(NamedTuple):
+    """A dimension, mm, its range, and the exponents of the least factors f = f₀ (x/x₀)^s by mode."""
 
     name: str
     now: float
     low: float
     high: float
-    run: dict[str, SafetyFactor]
-    slopes: dict[str, float]
+    exponents: Mapping[str, float]
 
-    def learn(self, value: float, found: dict[str, SafetyFactor]) -> None:
-        """Take the exponents from the factors at another value."""
-        self.slopes = {mode: log(found[mode] / now) / log(value / self.now) for mode, now in self.run.items()}
-
-    def least(self, values: Floats) -> Floats:
-        """Return the least assured factor at values (n,)."""
-        every = [now.low * (values / self.now) ** self.slopes[mode] for mode, now in self.run.items()]
-        return np.asarray(np.min(every, axis=0), float)
-
-    def needed(self, required: float) -> float | None:
-        """Return the nearest value with which the rod passes, rounded away from the present one."""
+    def wanted(self, run: Factors, required: float) -> tuple[float, float]:
+        """Return the nearest value that suffices, or else the best one, and the least assured factor."""
         values = np.geomspace(self.low, self.high, _GRID)
-        good = values[self.least(values) >= _AIM * required]
+        every = [one.low * (values / self.now) ** self.exponents[mode] for mode, one in run.items()]
+        least = np.min(every, axis=0)
+        good = np.flatnonzero(least >= _AIM * required)
         if not good.size:
-            return None
-        nearest = float(good[np.abs(np.log(good / self.now)).argmin()])
+            return float(values[least.argmax()]), float(least.max())
+        nearest = float(values[good[np.abs(np.log(values[good] / self.now)).argmin()]])
         rounded = (ceil if nearest > self.now else floor)(_TENTHS * nearest) / _TENTHS
-        return min(max(rounded, self.low), self.high)
-
-    def best(self) -> float:
-        """Return the value with the largest least factor."""
-        values = np.geomspace(self.low, self.high, _GRID)
-        return float(values[self.least(values).argmax()])
-
-    def text(self, value: float) -> str:
-        """Return the change in words."""
-        name = self.name.replace("_", " ")
-        return f"{name} {quantity(value, '.1f', 'mm')} (now {quantity(self.now, '.1f', 'mm')})"
+        return min(max(rounded, self.low), self.high), _AIM * required
 
 
-def _dimensions(draft: Draft, place: str) -> Iterator[_Dimension]:
+def exponents(run: Factors, found: Factors, share: float) -> dict[str, float]:
+    """Return the exponents from the factors of a run and those at a share of the dimension."""
+    return {mode: log(found[mode] / now) / log(share) for mode, now in run.items()}
+
+
+def _effects(draft: Draft, place: str) -> Iterator[DimensionEffect]:
     """Yield the dimensions that carry the stress at a place, each solved with a step."""
     study, table = draft.study, draft.study.optimise or OptimiseTable()
     for name in dimensions_at(study.rod.dimensions, place):
         key, now = key_of(name), float(getattr(study.rod.dimensions, name))
-        bounds = table.free.get(key, tuple(share * now for share in _RANGE))
+        free = {key: table.free.get(key, tuple(share * now for share in _RANGE))}
         with suppress(InvalidValue):  # it has no effect, or stands outside of its bounds
-            one = variables(replace(study, optimise=replace(table, free={key: bounds})))
-            low, high = (
-                one.dimensions(one.nearest_feasible(np.array([x]), one.start))[key] for x in (0.0, 1.0)
-            )
+            one = variables(replace(study, optimise=replace(table, free=free)))
+            ends = (one.nearest_feasible(np.array([x]), one.start) for x in (0.0, 1.0))
+            low, high = (one.dimensions(end)[key] for end in ends)
             step = min(_STEP * now, high) if high > _LEAST_STEP * now else max(now / _STEP, low)
             if max(step / now, now / step) >= _LEAST_STEP:
-                found = _Dimension(name, now, low, high, draft.run, {})
-                found.learn(step, draft.factors(study.with_rod(**{key: step})))
-                yield found
+                found = draft.factors(study.with_rod(**{key: step}))
+                yield DimensionEffect(name, now, low, high, exponents(draft.run, found, step / now))
 
 
 def dimension_remedy(draft: Draft, summary: Summary, place: str) -> tuple[str, bool]:
     """Return what one dimension does for the rod, in words, and whether it passes; "" for no dimension."""
-    every, required = list(_dimensions(draft, place)), summary.survival.required_safety_factor
+    run, study, required = draft.run, draft.study, summary.survival.required_safety_factor
+    every = [(*one.wanted(run, required), one) for one in _effects(draft, place)]
     if not every:
         return "", False
-    able = [(value, one) for one in every if (value := one.needed(required)) is not None]
-    # The least relative change; where none suffices, the largest factor.
-    value, one = (
-        min(able, key=lambda pair: abs(log(pair[0] / pair[1].now)))
-        if able
-        else max(
-            ((each.best(), each) for each in every), key=lambda pair: float(pair[1].least(np.array(pair[0])))
-        )
-    )
-    study, key = draft.study, key_of(one.name)
+    # The largest factor, and of those that suffice the least relative change.
+    value, _, one = max(every, key=lambda each: (each[1], -abs(log(each[0] / each[2].now))))
+    key, words = key_of(one.name), one.name.replace("_", " ")
     found = draft.factors(study.with_rod(**{key: value}))
-    one.learn(value, found)
-    again = one.needed(required)
-    if again is None:
-        most = min(found.values(), key=lambda each: each.low)
-        return (
-            f"No single dimension there suffices in the range that it may have: the best, {one.text(value)}, has a factor of "
-            f"about {factor(most)} against {most.mode}"
-        ), False
-    return _checked(one.text(again), study.with_rod(**{key: again}), summary.rpm)
+    one = one._replace(exponents=exponents(run, found, value / one.now))
+    value, least = one.wanted(run, required)
+    what = f"{words} {quantity(value, '.1f', 'mm')} (now {quantity(one.now, '.1f', 'mm')})"
+    if least >= _AIM * required:
+        return _checked(what, study.with_rod(**{key: value}), summary.rpm)
+    most = min(found.values(), key=lambda each: each.low)
+    best = f"the best, {what}, has a factor of about {factor(most)} against {most.mode}"
+    return f"No single dimension there suffices in the range that it may have: {best}", False
 
 
-def bolt_remedy(study: Study, summary: Summary) -> tuple[str, bool]:
-    """Return the bolts with which bolts and joint hold, in words, and whether the rod then passes."""
-    at_speed = replace(study, speed=replace(study.speed, rpm=summary.rpm))
-    survival, rows = summary.survival, bolts(at_speed).rows
+def bolt_remedy(study: Study, summary: Summary) -> str:
+    """Return the bolts with which bolts and joint hold, in words."""
+    survival, rows = summary.survival, bolts(replace(study, speed=replace(study.speed, rpm=summary.rpm))).rows
     present, required = next(row for row in rows if row.present), survival.required_safety_factor
     of_joint = survival.mode.endswith("joint")
     least = present.preload_kN * (required / survival.assured_safety_factor if of_joint else 1.0)
-    able = [row for row in rows if _holds(row, required) and row.preload_kN >= least and not row.present]
+    able = [
+        row
+        for row in rows
+        if row.preload_kN >= least and not row.present and row.yield_factor is not None
+        if min(each.low for each in (row.yield_factor, row.fatigue_factor) if each is not None) >= required
+    ]
     if not able:
-        return "No grade or standard thread that fits the holes suffices", False
+        return "No grade or standard thread that fits the holes suffices"
     row = min(able, key=lambda row: (row.thread != present.thread, row.preload_kN))
     sizes = {} if row.thread == present.thread else SIZES
-    keys = {"bolt_grade": row.grade, "bolt_thread": row.thread}
-    other = study.with_(assembly={**TIGHTENING, **sizes, **keys})
+    bolt = {**TIGHTENING, **sizes, "bolt_grade": row.grade, "bolt_thread": row.thread}
     tightened = f"{quantity(row.preload_kN, '.1f', 'kN')}, {quantity(row.torque_Nm, '.0f', 'N·m')}"
-    return _checked(f"bolts {row.thread} {row.grade}, tightened to {tightened}", other, summary.rpm)
+    what = f"bolts {row.thread} {row.grade}, tightened to {tightened}"
+    return _checked(what, study.with_(assembly=bolt), summary.rpm)[0]
 
 
-def _holds(row: BoltRow, required: float) -> bool:
-    factors = [one for one in (row.yield_factor, row.fatigue_factor) if one is not None]
-    return row.yield_factor is not None and all(one.low >= required for one in factors)
-
-
-def steel_remedy(study: Study, steel: OtherSteel, summary: Summary) -> tuple[str, bool]:
-    """Return what a steel of the library does for the rod, in words, and whether it passes."""
-    return _checked(f"the steel {steel.name}", replace(study, material=steel.table), summary.rpm)
+def steel_remedy(study: Study, steel: OtherSteel, summary: Summary) -> str:
+    """Return what a steel of the library does for the rod, in words."""
+    return _checked(f"the steel {steel.name}", replace(study, material=steel.table), summary.rpm)[0]
 
 
 def _checked(what: str, study: Study, rpm: float | None) -> tuple[str, bool]:
@@ -153,5 +130,5 @@ def _checked(what: str, study: Study, rpm: float | None) -> tuple[str, bool]:
     adapted = refined_rod(own, [rpm], Clock())
     found = run_result(own, adapted, adapted.at(rpm)).summary.survival
     passes = found.answer in {SurvivalAnswer.SURVIVES, SurvivalAnswer.NOT_JUDGED}
-    start, end = (what[0].upper() + what[1:], ": it") if passes else (f"With {what} it still", "")
-    return f"{start}{end} {found.text}, solved again", passes
+    said = f"{what[0].upper()}{what[1:]}: it" if passes else f"With {what} it still"
+    return f"{said} {found.text}, solved again", passes

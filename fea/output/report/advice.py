@@ -53,12 +53,6 @@ class OtherSteel(NamedTuple):
     yield_strength: float  #: MPa
     fatigue: float  #: safety factor
 
-    @property
-    def text(self) -> str:
-        """The steel in words."""
-        yields = quantity(self.yield_strength, ".0f", "MPa")
-        return f"The steel {self.name}: yield strength {yields}, fatigue factor {factor(self.fatigue)}"
-
 
 @dataclass(frozen=True)
 class Advice:
@@ -189,15 +183,13 @@ class Advice:
                 else "Against fatigue no endurance limit suffices: the mean stress alone is too high"
             )
             yield from self._peened(required)
-        if not any("the steel" in line.lower() for line in self.run.what_if.remedies) and is_steel(
-            self.material.youngs_modulus
-        ):
-            steel = self.steel()
-            yield (
-                "No steel of the library reaches both factors with this shape"
-                if steel is None
-                else steel.text
-            )
+        solved = any("the steel" in line.lower() for line in self.run.what_if.remedies)
+        if is_steel(self.material.youngs_modulus) and not solved:
+            if (steel := self.steel()) is None:
+                yield "No steel of the library reaches both factors with this shape"
+                return
+            yields = quantity(steel.yield_strength, ".0f", "MPa")
+            yield f"The steel {steel.name}: yield strength {yields}, fatigue factor {factor(steel.fatigue)}"
 
     def _peened(self, required: float) -> Iterator[str]:
         made = self._regions().get(Region.REST)

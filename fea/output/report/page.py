@@ -6,13 +6,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from markupsafe import Markup
-from PIL import Image, features
 
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
@@ -164,24 +162,12 @@ def _head(run: Run, picture: bytes | None) -> JsonObject:
         "title": run.summary.title,
         "answer": _answer(run.summary),
         "cases": head_table(run.summary),
-        "picture": None if picture is None else _embedded(picture),
+        "picture": None if picture is None else base64.b64encode(picture).decode(),
         "worst": run.summary.worst_case,
         "length": unit("mm"),
     }
 
 
-def _embedded(picture: bytes) -> str:
-    """Return a picture as the source of an image, of half the size where Pillow can write that."""
-    kind, content = "png", picture
-    if features.check("webp"):
-        made = BytesIO()
-        with Image.open(BytesIO(picture)) as png:
-            png.convert("RGB").save(made, "WEBP", quality=_QUALITY, method=6)
-        kind, content = "webp", made.getvalue()
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
-
-
-_QUALITY = 70  # percent, at which letters and thin lines are sharp
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 
 

@@ -165,7 +165,7 @@ _MOVED = 2**13
 _FILM = 2**10  # of the pressure of an oil film
 # Letters of the packed numbers with which the page, with its text, still picture and script, stays within 1
 # MB; how many times coarser the steps of stress and displacement are where it would not.
-_LARGEST, _COARSER = 600_000, (8, 24)
+_LARGEST, _COARSER = 560_000, (8, 24)
 
 
 @dataclass(frozen=True)
@@ -355,10 +355,9 @@ def _pack_parity(packer: Packer, name: str, of: ParityMotion, rows: tuple[Ints, 
     largest = float(np.abs(moved).max(initial=0.0)) or 1.0
     packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
     # A course as finely as its mode: half a step of stress, and of displacement, where that is largest.
+    drift = np.abs(moved).max(axis=(0, 2)) * _MOVED / largest
     sizes = np.abs(of.stress).max(axis=(0, 1)) / step
-    sizes[: moved.shape[1]] = np.maximum(
-        sizes[: moved.shape[1]], np.abs(moved).max(axis=(0, 2)) * _MOVED / largest
-    )
+    sizes[: len(drift)] = np.maximum(sizes[: len(drift)], drift)
     instants, enough = np.arange(of.courses.shape[1]), packer.coarser / np.maximum(sizes, 1e-30)
     packer.values(f"{name}.courses", of.courses.T, np.stack([instants - 1] * 2, axis=1), enough=enough)
 
