@@ -93,7 +93,7 @@ def dimension_remedy(draft: Draft, summary: Summary, place: str) -> tuple[str, b
         return _checked(what, study.with_rod(**{key: value}), summary.rpm)
     most = min(found.values(), key=lambda each: each.low)
     best = f"the best, {what}, has a factor of about {factor(most)} against {most.mode}"
-    return f"No single dimension there suffices in the range that it may have: {best}", False
+    return f"No single dimension there suffices: {best}", False
 
 
 def bolt_remedy(study: Study, summary: Summary) -> str:
@@ -118,9 +118,9 @@ def bolt_remedy(study: Study, summary: Summary) -> str:
     return _checked(what, study.with_(assembly=bolt), summary.rpm)[0]
 
 
-def steel_remedy(study: Study, steel: OtherSteel, summary: Summary) -> str:
-    """Return what a steel of the library does for the rod, in words."""
-    return _checked(f"the steel {steel.name}", replace(study, material=steel.table), summary.rpm)[0]
+def steel_remedy(study: Study, steel: OtherSteel, summary: Summary) -> tuple[str, bool]:
+    """Return what a steel of the library does for the rod, in words, and whether it passes."""
+    return _checked(f"the steel {steel.name}", replace(study, material=steel.table), summary.rpm)
 
 
 def _checked(what: str, study: Study, rpm: float | None) -> tuple[str, bool]:

@@ -42,5 +42,6 @@ def what_if(run: Run, clock: Clock) -> WhatIf:
             text, passes = dimension_remedy(draft, summary, place)
             remedies += [text] * bool(text)
             if not passes and (steel := Advice(run).steel()) is not None:
-                remedies.append(steel_remedy(study, steel, summary))
+                text, passes = steel_remedy(study, steel, summary)
+                remedies.insert(0 if passes else len(remedies), text)
     return WhatIf(tuple(found), tuple(remedies))
