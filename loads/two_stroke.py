@@ -42,9 +42,8 @@ class TwoStrokeOtto(Otto):
         top, bottom = dead_centres(self.engine)
         turn = np.mod(crank_angle - top, 2 * math.pi)
         volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
-        peak = self.compressed if self.peak is None else self.peak
-        after = np.where(turn < bottom - top, peak, self.compressed)  # at TDC
-        shut = after * volume**-self.heat_ratio
+        shrunk = volume**-self.heat_ratio
+        shut = np.where(turn < bottom - top, self.expanding(shrunk), self.compressed * shrunk)
         return at_every(speed, np.where(volume < self.trapped_ratio, shut, self.intake) - self.atmosphere)
 
 

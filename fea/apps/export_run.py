@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -118,11 +118,8 @@ def report_run(
     runs = [folder] if (folder / SUMMARY).is_file() or not speeds else speeds
     rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {runs[0]}."
     require(out is None or runs == [folder], "--out", None if out is None else str(out), rule, remedy)
-    if sheet:
-        pages = [_sheet(run, clock, units, out, alone=len(runs) == 1) for run in runs]
-    else:
-        with ready_to_draw():
-            pages = [_report(run, clock, units, out, alone=len(runs) == 1) for run in runs]
+    with nullcontext() if sheet else ready_to_draw():
+        pages = [_page(run, clock, units, out, sheet=sheet, alone=len(runs) == 1) for run in runs]
     if not pdf:
         return pages
     for page in pages:
@@ -131,31 +128,21 @@ def report_run(
     return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
-def _sheet(
-    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None, *, alone: bool
+def _page(
+    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None, *, sheet: bool, alone: bool
 ) -> Path:
     with clock("read"):
         run = read_run(folder)
-    run = replace(run, what_if=what_if(run, clock)) if alone else run
-    with clock("sheet"), shown_in(units or run.study.output.units):
-        write_sheet(out or folder / SHEET, run, folder)
-    return out or folder / SHEET
-
-
-def _report(
-    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None, *, alone: bool
-) -> Path:
-    with clock("read"):
-        run = read_run(folder)
-        cycle = run.summary.cycle if run.fields else None
+        cycle = run.summary.cycle if run.fields and not sheet else None
     if cycle is not None:
         run = _with_motion(run, cycle, clock)
-    if run.fields and run.summary.film:
+    if run.fields and run.summary.film and not sheet:
         run = _with_films(run, run.summary.film, clock)
     run = replace(run, what_if=what_if(run, clock)) if alone else run
+    page = out or folder / (SHEET if sheet else REPORT)
     with clock("report"), shown_in(units or run.study.output.units):
-        write_report(out or folder / REPORT, run, folder)
-    return out or folder / REPORT
+        (write_sheet if sheet else write_report)(page, run, folder)
+    return page
 
 
 def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> StoredRun:

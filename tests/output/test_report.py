@@ -23,7 +23,7 @@ from fea.analysis.figures import (
     JointFigures,
 )
 from fea.analysis.motion import SolvedInstant, agreeing
-from fea.analysis.result import NOTHING_ELSE
+from fea.analysis.result import WhatIf
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
@@ -57,7 +57,7 @@ def undrawn():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fea.output.report.page.draw_pictures", refuse)
         patch.setattr("fea.apps.export_run.ready_to_draw", nullcontext)
-        patch.setattr("fea.apps.export_run.what_if", lambda _run, _clock: NOTHING_ELSE)
+        patch.setattr("fea.apps.export_run.what_if", lambda _run, _clock: WhatIf())
         yield
 
 
