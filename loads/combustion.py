@@ -131,4 +131,4 @@ def cut_off(fuel: Fuel, squeezed: float, rise: float, heat_ratio: float) -> floa
     """
     heated = fuel.temperature * squeezed ** (1 - 1 / heat_ratio)  # T₂, K
     heat = (1 - _LOST) * fuel.heat * (heat_ratio - 1) / (_GAS_CONSTANT * heated)  # over c_v T₂
-    return max(1.0, 1 + (heat - (rise - 1)) / (heat_ratio * rise))
+    return max(1.0, float(1 + (heat - (rise - 1)) / (heat_ratio * rise)))

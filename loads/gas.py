@@ -160,7 +160,7 @@ class Otto(GasModel):
     def expanding(self, shrunk: Floats) -> Floats:
         """Return the absolute pressure, MPa, after TDC, from the volume relative to that there, to −γ."""
         peak = self.compressed if self.peak is None else self.peak
-        return peak * np.minimum(self.cut_off**self.heat_ratio * shrunk, 1.0)
+        return np.asarray(peak * np.minimum(self.cut_off**self.heat_ratio * shrunk, 1.0))
 
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""

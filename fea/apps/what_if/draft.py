@@ -40,7 +40,7 @@ class Draft:
     """A run's rod on the coarse mesh with which a refinement begins, solved with changes at its load cases.
 
     Stress on such a mesh is off by some percent, but by nearly the same before and after a change: the ratio
-    is right within 0.5 % (docs/do/report.md). `alone`: without cap and bolts. Raises as `prepare`.
+    is right within 0.5 % (docs/do/study.md). `alone`: without cap and bolts. Raises as `prepare`.
     """
 
     def __init__(self, study: Study, summary: Summary, *, alone: bool) -> None:

@@ -188,8 +188,8 @@ class Advice:
             if (steel := self.steel()) is None:
                 yield "No steel of the library reaches both factors with this shape"
                 return
-            yields = quantity(steel.yield_strength, ".0f", "MPa")
-            yield f"The steel {steel.name}: yield strength {yields}, fatigue factor {factor(steel.fatigue)}"
+            strength = quantity(steel.yield_strength, ".0f", "MPa")
+            yield f"The steel {steel.name}: yield strength {strength}, fatigue factor {factor(steel.fatigue)}"
 
     def _peened(self, required: float) -> Iterator[str]:
         made = self._regions().get(Region.REST)

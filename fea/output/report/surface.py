@@ -124,13 +124,7 @@ class Packer:
     _pieces: list[bytes] = field(default_factory=list)
 
     def values(
-        self,
-        name: str,
-        values: Floats,
-        parents: Ints,
-        *,
-        levels: int = LEVELS,
-        enough: Floats | None = None,
+        self, name: str, values: Floats, parents: Ints, *, levels: int = LEVELS, enough: Floats | None = None
     ) -> None:
         """Add values (n,) or (n, k), NaN where there is none, in so many steps from the least to the largest.
 
