@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from math import isfinite
 
 from fea.analysis.figures import Summary
@@ -24,8 +25,8 @@ VARIED = shipped_toml("study/varied.toml")
 _KEY = re.compile(r"^assumed (\w+) = |^assumed .*\((\w+\.\w+)\)$")
 _VALUE = re.compile(r"\d+(?:\.\d+)?")
 _PEAKS = re.compile(r"late to early combustion it is (\d+) to (\d+) bar")
-_MOST = 4  # assumptions that are solved
-_THINNER = 0.95  # of dimensions that are assumed
+_MOST, _THINNER = 4, 0.95  # assumptions that are solved; share of dimensions that are assumed
+_meshed = partial(mesh_loaded, clock=Clock(), movable=True, coarser=COARSER)
 
 
 def least_factors(summary: Summary) -> dict[str, SafetyFactor]:
@@ -68,10 +69,6 @@ class Draft:
     def _solved(self, study: Study, mesh: MeshedRod) -> dict[str, SafetyFactor]:
         adapted = RefinedRod(self._moving.prepared(study, mesh))
         return least_factors(run_result(study, adapted, adapted.at(self.rpm)).summary)
-
-
-def _meshed(study: Study) -> MeshedRod:
-    return mesh_loaded(study, Clock(), movable=True, coarser=COARSER)
 
 
 def assumed_changes(draft: Draft, summary: Summary, place: str) -> Iterator[Change]:

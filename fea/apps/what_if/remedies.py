@@ -29,8 +29,7 @@ Factors = Mapping[str, SafetyFactor]
 _RANGE = (0.6, 1.4)  # of a dimension of which [optimise] gives none, as there
 _STEP, _LEAST_STEP = 1.1, 1.01  # to see what a dimension does
 _AIM = 1.01  # of the required factor, which the solution is to reach
-_TENTHS = 10  # of a mm, to which a dimension is rounded
-_GRID = 4001
+_TENTHS, _GRID = 10, 4001  # of a mm, to which a dimension is rounded; values of it that are tried
 
 
 class DimensionEffect(NamedTuple):

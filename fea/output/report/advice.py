@@ -118,8 +118,7 @@ class Advice:
 
     def effects(self) -> list[str]:
         """Return the assumptions to look at first: how much they change, where that was worked out."""
-        of_strength = self._summary.survival.mode in {"fatigue", "yielding"}
-        own = list(self._worked_out()) if of_strength else []
+        own = list(self._worked_out()) if self._summary.survival.mode in {"fatigue", "yielding"} else []
         solved = [one for one in self.run.what_if.assumed if not isclose(one.now, one.then, rel_tol=_SAME)]
         found = sorted((*own, *solved), key=lambda effect: -abs(log(effect[2] / effect[1])))
         lines = [f"{text}: {factor(now)} → {factor(then)}" for text, now, then in found[:_MOST]]
@@ -158,7 +157,7 @@ class Advice:
         survival = self._summary.survival
         if survival.answer not in {SurvivalAnswer.FAILS, SurvivalAnswer.UNDECIDED}:
             return []
-        own = list(self._stronger()) if survival.mode in {"yielding", "fatigue"} else []
+        own = self._stronger() if survival.mode in {"yielding", "fatigue"} else ()
         found = [*self.run.what_if.remedies, *own]
         decides = next(
             (what for part, what in _DECIDES if survival.mode.endswith(part)), "the dimensions there"
