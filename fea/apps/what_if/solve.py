@@ -1,4 +1,4 @@
-"""What is solved beside a run for its report, at the cost of one or two runs."""
+"""What is solved beside a run for its report, at about the cost of the run."""
 
 from contextlib import suppress
 
