@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fea.analysis.prepared_rod import PreparedRod
+    from fea.apps.bolts.run_bolts import bolts
     from fea.apps.limits.run_limits import limits
     from fea.apps.many import Results, analyse_many
     from fea.apps.result import Result, analyse, prepare
@@ -54,6 +55,7 @@ __all__ = [
     "analyse",
     "analyse_many",
     "basis",
+    "bolts",
     "limits",
     "load_study",
     "prepare",
@@ -73,6 +75,7 @@ if os.environ.setdefault("OPENBLAS_NUM_THREADS", "1") == "1" and "numpy" in sys.
 _HOMES = (
     "fea.base.version:__version__",
     "fea.analysis.prepared_rod:PreparedRod",
+    "fea.apps.bolts.run_bolts:bolts",
     "fea.apps.limits.run_limits:limits",
     "fea.apps.many:Results",
     "fea.apps.many:analyse_many",

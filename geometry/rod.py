@@ -273,11 +273,11 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     default("pocket_setback", 0.05 * gap)
     if rod["shank_section"] == ShankSection.TUBULAR:
         default("shank_bore", 0.5 * min(depth, shank))
-    if bolt := rod.get("cap_bolt", 0.0):  # its holes are as close to the bore as plane seats allow
+    if bolt := rod.get("cap_bolt", 0.0):  # as close to the bore as the seats of usual heads allow
         half = (rod.get("cap_boss_length") or 1.3 * big_radius) / 2
         fillet = rod.get("cap_boss_fillet") or 0.12 * big_radius
         seat = math.sqrt(max((big_radius + fillet) ** 2 - (half + fillet) ** 2, 0.0))
         inner = max(seat, 0.53 * rod["big_end_bore"], big_radius - 1.5 * bolt)
-        spacing = rod.get("cap_bolt_spacing") or 2 * inner + 1.05 * bolt
+        spacing = rod.get("cap_bolt_spacing") or 2 * inner + 1.5 * bolt
         rod |= {"cap_boss_length": 2 * half, "cap_boss_fillet": fillet, "cap_bolt_spacing": spacing}
     return Rod(**rod)

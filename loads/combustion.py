@@ -99,3 +99,15 @@ def peak_interval(
         for timing in (fuel.late, fuel.early)
     )
     return low, high
+
+
+def cut_off(fuel: Fuel, squeezed: float, rise: float, heat_ratio: float) -> float:
+    """Return the volume over that at TDC until which fuel burns at the peak pressure; at least 1.
+
+    Limited-pressure cycle of a perfect gas (Heywood 1988, table 5.1): heat that does not raise the pressure
+    is set free at constant pressure, q = c_v (T₃ − T₂) + c_p T₃ (ρ − 1) with c_v = R/(γ − 1). `squeezed`:
+    pressure after compression over that before it; `rise`: that of combustion; `heat_ratio`: γ.
+    """
+    heated = fuel.temperature * squeezed ** (1 - 1 / heat_ratio)  # T₂, K
+    heat = (1 - _LOST) * fuel.heat * (heat_ratio - 1) / (_GAS_CONSTANT * heated)  # over c_v T₂
+    return max(1.0, float(1 + (heat - (rise - 1)) / (heat_ratio * rise)))

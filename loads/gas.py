@@ -113,11 +113,11 @@ class Compressor(GasModel):
 
 @dataclass(frozen=True)
 class Otto(GasModel):
-    """Ideal four-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.2 and table 5.1).
+    """Ideal four-stroke constant-volume or limited-pressure cycle of a perfect gas (Heywood 1988, §5.2).
 
-    Intake 0…π at the intake pressure, isentropic compression π…2π, heat at constant volume at the
-    firing TDC, isentropic expansion 2π…3π, blow-down at BDC, exhaust 3π…4π at atmospheric pressure.
-    Strokes end at the piston's own dead centres, which a pin offset moves.
+    Intake 0…π at the intake pressure, isentropic compression π…2π, heat at constant volume at the firing TDC
+    and then, up to the cut-off, at constant pressure, isentropic expansion 2π…3π, blow-down at BDC, exhaust
+    3π…4π at atmospheric pressure. Strokes end at the piston's own dead centres, which a pin offset moves.
     """
 
     engine: Engine  #: gives the volume over the crank angle
@@ -129,6 +129,7 @@ class Otto(GasModel):
     atmosphere: float = ATMOSPHERE
     heat_ratio: float = HEAT_RATIO_AIR  #: γ = c_p/c_v of the charge
     remark: str = ""  #: where the peak comes from, if that is to be said
+    cut_off: float = 1.0  #: volume at which heat at constant pressure ends, over the clearance volume
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -155,15 +156,19 @@ class Otto(GasModel):
         """Absolute pressure at the end of compression, MPa: p₁ r^γ."""
         return float(self.intake * self.compression_ratio**self.heat_ratio)
 
+    def expanding(self, shrunk: Floats) -> Floats:
+        """Return the absolute pressure, MPa, after TDC, from the volume relative to that there, to −γ."""
+        peak = self.compressed if self.peak is None else self.peak
+        return np.asarray(peak * np.minimum(self.cut_off**self.heat_ratio * shrunk, 1.0))
+
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         top, bottom = dead_centres(self.engine)
         turn = np.mod(crank_angle - top, 4 * math.pi)  # from the gas-exchange TDC
         stroke = np.searchsorted([bottom - top, 2 * math.pi, 2 * math.pi + bottom - top], turn, side="right")
         shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
-        peak = self.compressed if self.peak is None else self.peak
         intake, exhaust = np.full_like(shrunk, self.intake), np.full_like(shrunk, self.atmosphere)
-        strokes = intake, self.compressed * shrunk, peak * shrunk, exhaust
+        strokes = intake, self.compressed * shrunk, self.expanding(shrunk), exhaust
         return at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
 
 
@@ -200,9 +205,8 @@ class TwoStrokeOtto(Otto):
         top, bottom = dead_centres(self.engine)
         turn = np.mod(crank_angle - top, 2 * math.pi)
         volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
-        peak = self.compressed if self.peak is None else self.peak
-        after = np.where(turn < bottom - top, peak, self.compressed)  # at TDC
-        shut = after * volume**-self.heat_ratio
+        shrunk = volume**-self.heat_ratio
+        shut = np.where(turn < bottom - top, self.expanding(shrunk), self.compressed * shrunk)
         return at_every(speed, np.where(volume < self.trapped_ratio, shut, self.intake) - self.atmosphere)
 
 

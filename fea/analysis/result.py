@@ -1,7 +1,7 @@
 """A run at one speed: from a study to everything found there."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -102,6 +102,21 @@ def drawn_bores(mesh: TetMesh, rod_length: float) -> tuple[DrawnBore, ...]:
     return tuple(bores)
 
 
+class Change(NamedTuple):
+    """A change that was solved: what it is, in words, and the least safety factor before and after it."""
+
+    text: str
+    now: float
+    then: float
+
+
+class WhatIf(NamedTuple):
+    """What was solved beside a run: see `fea.apps.what_if`."""
+
+    assumed: tuple[Change, ...] = ()  #: of values that are assumed
+    remedies: tuple[str, ...] = ()  #: what would make the rod pass, in words
+
+
 @dataclass(frozen=True, kw_only=True)
 class RunResult:
     """All results of one speed. Names without a unit are those of `fea.output.stored_run.StoredRun`, too."""
@@ -119,6 +134,7 @@ class RunResult:
     instants: InstantFields | None = None  #: fields over the crank cycle, where they were asked for
     pictured: bool = False  #: whether pictures are drawn where it is written
     life: Life | None = None  #: over the duty of the study, where it has one
+    what_if: WhatIf = field(default_factory=WhatIf)  #: what was solved beside it for a report
 
     @property
     def rpm(self) -> float | None:

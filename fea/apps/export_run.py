@@ -2,7 +2,7 @@
 
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +17,7 @@ from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
+from fea.apps.what_if.solve import REFUSALS, what_if
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
@@ -32,7 +33,6 @@ from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.output.vtu import COMPONENTS
 from fea.rod.given import PART, meshed_rod
-from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.solid.stress import matrices
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import PINS
@@ -92,10 +92,6 @@ def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str
 
 # Relative change of a film's highest pressure up to which it is the same.
 _SAME = 1e-3
-# What may keep the cycle from being solved again; the rest of a report does without.
-_REFUSALS = (
-    InvalidValue, MeshError, ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError,
-)  # fmt: skip
 
 
 def report_run(
@@ -122,11 +118,8 @@ def report_run(
     runs = [folder] if (folder / SUMMARY).is_file() or not speeds else speeds
     rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {runs[0]}."
     require(out is None or runs == [folder], "--out", None if out is None else str(out), rule, remedy)
-    if sheet:
-        pages = [_sheet(run, clock, units, out) for run in runs]
-    else:
-        with ready_to_draw():
-            pages = [_report(run, clock, units, out) for run in runs]
+    with nullcontext() if sheet else ready_to_draw():
+        pages = [_page(run, clock, units, out, sheet=sheet, alone=len(runs) == 1) for run in runs]
     if not pdf:
         return pages
     for page in pages:
@@ -135,25 +128,21 @@ def report_run(
     return [*pages, *(page.with_suffix(".pdf") for page in pages)]
 
 
-def _sheet(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None) -> Path:
+def _page(
+    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None, *, sheet: bool, alone: bool
+) -> Path:
     with clock("read"):
         run = read_run(folder)
-    with clock("sheet"), shown_in(units or run.study.output.units):
-        write_sheet(out or folder / SHEET, run, folder)
-    return out or folder / SHEET
-
-
-def _report(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None) -> Path:
-    with clock("read"):
-        run = read_run(folder)
-        cycle = run.summary.cycle if run.fields else None
+        cycle = run.summary.cycle if run.fields and not sheet else None
     if cycle is not None:
         run = _with_motion(run, cycle, clock)
-    if run.fields and run.summary.film:
+    if run.fields and run.summary.film and not sheet:
         run = _with_films(run, run.summary.film, clock)
+    run = replace(run, what_if=what_if(run, clock)) if alone else run
+    page = out or folder / (SHEET if sheet else REPORT)
     with clock("report"), shown_in(units or run.study.output.units):
-        write_report(out or folder / REPORT, run, folder)
-    return out or folder / REPORT
+        (write_sheet if sheet else write_report)(page, run, folder)
+    return page
 
 
 def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> StoredRun:
@@ -163,7 +152,7 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
             rod = prepared_again(run)
             require_same_loads(run, rod.loading.at(rod.mass, run.summary.rpm).cases)
             again = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
-    except _REFUSALS as error:
+    except REFUSALS as error:
         return replace(run, without_motion=f"the cycle could not be solved again: {error}")
     same, why = agreeing(again, _known(run))
     return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
@@ -171,7 +160,7 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
 
 def _with_films(run: StoredRun, known: Mapping[str, FilmFigures], clock: Clock) -> StoredRun:
     """The run with the oil films of its bearings, solved again, where they are what they were."""
-    with suppress(*_REFUSALS), clock("film"):
+    with suppress(*REFUSALS), clock("film"):
         films, _ = films_at(prepared_again(run), run.summary.rpm or 0.0)
         changes = [film.figures.p_max_MPa / known[film.end.value].p_max_MPa - 1 for film in films]
         return replace(run, films=films) if np.abs(changes).max() < _SAME else run

@@ -55,6 +55,10 @@ def write_runs(
     prepared = refined_rod(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         result = run_result(study, prepared, prepared.at(places[0].rpm))
+        if study.output.report:
+            from fea.apps.what_if.solve import what_if  # noqa: PLC0415 - only a report needs it
+
+            result = dataclasses.replace(result, what_if=what_if(result, clock))
         with run_folder(target) as part:
             reports = [_write(result, prepared, places[0]._replace(folder=part), clock)]
     else:

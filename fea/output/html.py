@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import re
+import zlib
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -80,6 +81,12 @@ def embedded_json(value: object) -> Markup:
     """Return JSON that cannot end the element that holds it."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))  # noqa: S704 - escaped here
+
+
+def packed_json(value: object) -> Markup:
+    """Return JSON as letters, deflated and in base64: a quarter as long."""
+    text = json.dumps(value, allow_nan=False, separators=(",", ":")).encode()
+    return Markup(base64.b64encode(zlib.compress(text)).decode())  # noqa: S704 - base64
 
 
 def _hash(text: str) -> str:

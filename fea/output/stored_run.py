@@ -1,7 +1,7 @@
 """A run on disk: what `fea run` has written."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from fea.analysis.figures import Summary
 from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion
-from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
+from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, WhatIf, drawn_bores
 from fea.output.run_summary import AGAIN, STUDY, run_summary
 from fea.output.text import read_columns
 from fea.output.vtu import cell_name, point_name
@@ -40,6 +40,7 @@ class StoredRun:
     motion: Motion | None = None
     without_motion: str = ""
     films: tuple[FilmResult, ...] = ()
+    what_if: WhatIf = field(default_factory=WhatIf)
 
     @property
     def mesh(self) -> TetMesh:

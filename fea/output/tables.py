@@ -134,8 +134,9 @@ def _force(name: str) -> Callable[[Any], str]:
 
 
 def _torque(newton_metres: float | None) -> str:
-    large = newton_metres is None or abs(newton_metres) >= 100
-    return number(newton_metres, ".0f" if large else ".3g", "N·m")
+    if newton_metres is None or abs(newton_metres) >= 100:
+        return number(newton_metres, ".0f", "N·m")
+    return number(round(newton_metres, 9), ".3g", "N·m")  # rounding leaves less of a zero
 
 
 # The columns of the load cases. The report has a table of each kind; the terminal one, of those that say so.

@@ -73,7 +73,7 @@ class EngineLoading:
         of_speed = self.gas.note(rpm * RPM)
         return (
             *doubts,
-            *map(assumption, self.gas.remarks),
+            *(assumption(text, "gas") for text in self.gas.remarks),
             *([warning(of_speed)] if of_speed else []),
             *of_engine,
         )

@@ -19,7 +19,7 @@ from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from fea.study.two_stroke import CycleKeys, cycle_notes
 from geometry.errors import InvalidValue, require, require_positive
-from loads.combustion import FUELS, peak_interval
+from loads.combustion import FUELS, cut_off, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import (
@@ -267,6 +267,11 @@ class EngineTable(
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
             ideal = self.ideal_cycle(engine, ratio, peak, self.intake, heat_ratio)
             gas = dataclasses.replace(ideal, remark=remark)
+            if peak is not None and self.fuel == "diesel":  # which burns on while the piston goes down
+                rises = ideal.compressed / ideal.intake, peak / ideal.compressed
+                until = cut_off(FUELS["diesel"], *rises, heat_ratio)
+                burns = f"diesel burns at the peak pressure up to {until:.3g} times the volume at TDC"
+                gas = dataclasses.replace(ideal, remark=f"{remark}; {burns}".lstrip("; "), cut_off=until)
         return scaled(gas, self.gas_scale or 1.0)
 
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:

@@ -54,12 +54,17 @@ def _alike(rod: Rod) -> Iterator[Rod]:
             yield rod_of_kind(kind, *bores).rod
 
 
+def dimensions_at(rod: Rod | None, place: str) -> tuple[str, ...]:
+    """Return the names of the dimensions that carry the stress at a place, in words."""
+    named = next((names for words, names in _OF_PLACES if any(word in place for word in words)), ())
+    return () if rod is None else tuple(name for name in named if getattr(rod, name))
+
+
 def assumed_at(rod: Rod | None, place: str) -> tuple[str, ...]:
     """Return the dimensions that carry the stress at a place, in words, if most of them are assumed."""
+    named = dimensions_at(rod, place)
     if rod is None:
         return ()
-    named = next((names for words, names in _OF_PLACES if any(word in place for word in words)), ())
-    named = tuple(name for name in named if getattr(rod, name))
     assumed = assumed_dimensions(rod) if named else frozenset()
     own = tuple(name for name in named if name in assumed)
     return own if 2 * len(own) > len(named) else ()

@@ -9,7 +9,7 @@ from fea.study.engine_library import engine_preset
 from fea.study.engine_table import EngineTable
 from fea.study.traces import shipped_trace
 from geometry.errors import InvalidValue
-from loads.combustion import FUELS, Timing, closed_cycle, peak_interval
+from loads.combustion import FUELS, Timing, closed_cycle, cut_off, peak_interval
 from loads.compression import ROD_RATIO
 
 ATMOSPHERE = 0.101325
@@ -73,3 +73,32 @@ def test_the_peak_of_a_study_with_a_fuel_is_computed_unless_it_is_given():
     assert given.gas_model(given.engine(140.0)).peak == pytest.approx(9.0)
     with pytest.raises(InvalidValue, match="must be one of petrol, diesel"):
         replace(table, fuel="steam")
+
+
+@pytest.mark.parametrize("strokes", [4, 2])
+def test_a_diesel_engine_has_the_efficiency_of_the_limited_pressure_cycle(strokes):
+    """η = 1 − (α ρ^γ − 1)/(r^(γ−1) (α − 1 + γ α (ρ − 1))), as in textbooks, of the heat of the fuel."""
+    table = EngineTable(
+        stroke_mm=90.0, bore_mm=80.0, piston_mass_kg=0.6, gas="otto", fuel="diesel", strokes=strokes,
+        compression_ratio=17.0, peak_pressure_bar=110.0, exhaust_port_deg=None if strokes == 4 else 110.0,
+    )  # fmt: skip
+    engine = table.engine(145.0)
+    gas = table.gas_model(engine)
+    ratio, gamma = (gas.compressed / gas.intake) ** (1 / 1.4), 1.4  # effective, of what is trapped
+    rise, until = 11.0 / gas.compressed, gas.cut_off
+    assert 1.0 < until < 1.6
+    # Closed from BDC (or the port) to BDC: work of expansion less compression, over the clearance volume.
+    volume = np.linspace(1.0, ratio, 400_001)
+    work = np.trapezoid(gas.expanding(volume**-gamma) - gas.compressed * volume**-gamma, volume)
+    heat = gas.compressed / (gamma - 1) * (rise - 1 + gamma * rise * (until - 1))
+    known = 1 - (rise * until**gamma - 1) / (ratio ** (gamma - 1) * (rise - 1 + gamma * rise * (until - 1)))
+    assert work / heat == pytest.approx(known, rel=1e-6)
+    mass = gas.intake * ratio / (287.0 * FUELS["diesel"].temperature)  # t/mm³ × 1e3 of the clearance volume
+    assert heat == pytest.approx(mass * 0.85 * FUELS["diesel"].heat, rel=1e-9)
+    angles = np.radians(np.linspace(0, 180 * strokes, 7201))
+    assert gas.pressure(angles, np.array(0.0)).max() == pytest.approx(11.0 - ATMOSPHERE, rel=1e-9)
+
+
+def test_where_all_fuel_burns_at_once_nothing_is_left_to_burn_later():
+    assert cut_off(replace(FUELS["diesel"], heat=0.0), 50.0, 1.5, 1.4) == 1.0
+    assert cut_off(FUELS["diesel"], 50.0, 9.0, 1.4) == 1.0  # the peak takes more heat than there is

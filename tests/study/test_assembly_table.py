@@ -19,6 +19,7 @@ from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
+from geometry.rod import proportioned
 
 ROD = (
     '[rod]\npreset = "leon-2001"\nbushing_mm = 1.5\ncap_bolt_mm = 9.0\ncap_bolt_spacing_mm = 72.0\n'
@@ -341,3 +342,10 @@ def test_the_examples_of_the_template_are_ones_that_work(key):
     study = parse_study(text, "template", Path.cwd())
     check(study.rod.dimensions, AssemblySetup.of(study).geometry)
     Draft202012Validator(study_schema()).validate(tomllib.loads(text))
+
+
+@pytest.mark.parametrize("hole", [7.2, 8.2, 9.2])
+def test_usual_proportions_leave_room_for_the_heads_of_bolts(hole):
+    """Heads of standard bolts bear on 1.4 to 1.5 of their diameter (ISO 4014: 16 mm across flats of M10)."""
+    seats = seats_of(proportioned(139.0, 48.0, 22.0, cap_bolt=hole))
+    assert 2 * seats.room >= 1.4 * hole

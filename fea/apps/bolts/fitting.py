@@ -15,10 +15,8 @@ from fea.study.study import Study
 from geometry.errors import InvalidValue
 
 # Keys of [assembly] that only the present bolt has: how it is tightened, and how it is made.
-_TIGHTENING: dict[str, Any] = dict.fromkeys((*TIGHTENED, "bolt_angle_deg", "bolt_tightening_factor"))
-_SIZES: dict[str, Any] = dict.fromkeys(
-    ("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm")
-)
+TIGHTENING: dict[str, Any] = dict.fromkeys((*TIGHTENED, "bolt_angle_deg", "bolt_tightening_factor"))
+SIZES: dict[str, Any] = dict.fromkeys(("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm"))
 # Preloads that differ by less, relatively, are the same.
 _SAME = 0.01
 OWN_GRADE = "as given"  #: the name of a grade whose strengths are those of [material.bolt]
@@ -73,7 +71,7 @@ def bolt_options(study: Study, mesh: MeshedRod, present: TightenedBolt) -> tuple
 
 def _graded(study: Study, table: AssemblyTable, present: str) -> Iterator[tuple[str, Study]]:
     """Yield the study with bolts of every grade, by its name, tightened as VDI 2230 does."""
-    free = replace(table, **_TIGHTENING)
+    free = replace(table, **TIGHTENING)
     if present == OWN_GRADE:
         yield present, replace(study, assembly=free)
     standard = {part: own for part, own in study.part_material.items() if part != BOLT}
@@ -88,4 +86,4 @@ def _with_thread(study: Study, thread: Thread, *, same: bool) -> Study:
     table = study.assembly
     if table is None or same:
         return study
-    return replace(study, assembly=replace(table, bolt_thread=thread.name, **_SIZES))
+    return replace(study, assembly=replace(table, bolt_thread=thread.name, **SIZES))

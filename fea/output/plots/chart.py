@@ -26,7 +26,7 @@ WIDTH, HEIGHT = 600, 230
 LEFT, RIGHT, TOP, BOTTOM = 58, 590, 26, 198
 LEVEL = 11  # between two rows of the names of load cases
 _STEPS = 5
-_EVERY = 2  # degrees from one corner of a line to the next
+_EVERY = 3  # degrees from one corner of a line to the next
 _LETTER = 6.2  # width of a letter of these names, with some to spare
 # What rounding leaves of a force that is zero, kN or N·m: no engine has forces of a micronewton.
 _ROUNDING = 1e-9

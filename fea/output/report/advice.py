@@ -1,13 +1,14 @@
 """What the assumptions of a run change, and what would make its rod pass: worked out from its own stress.
 
 Stress does not depend on strength, so that other strengths and finishes need no further solution. What needs
-one has no figure here.
+one comes from `fea.apps.what_if`, if that was solved.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isclose, isfinite, log
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,15 @@ _DECIDES = (
     ("joint", "preload and friction of the joint"),
     ("buckling", "the section of the shank"),
 )
+
+
+class OtherSteel(NamedTuple):
+    """A steel of the library with which the rod would pass by this run's stress."""
+
+    name: str
+    table: MaterialTable
+    yield_strength: float  #: MPa
+    fatigue: float  #: safety factor
 
 
 @dataclass(frozen=True)
@@ -108,12 +118,13 @@ class Advice:
 
     def effects(self) -> list[str]:
         """Return the assumptions to look at first: how much they change, where that was worked out."""
-        found = list(self._worked_out()) if self._summary.survival.mode in {"fatigue", "yielding"} else []
-        found.sort(key=lambda effect: -abs(log(effect[2] / effect[1])))
+        own = list(self._worked_out()) if self._summary.survival.mode in {"fatigue", "yielding"} else []
+        solved = [one for one in self.run.what_if.assumed if not isclose(one.now, one.then, rel_tol=_SAME)]
+        found = sorted((*own, *solved), key=lambda effect: -abs(log(effect[2] / effect[1])))
         lines = [f"{text}: {factor(now)} → {factor(then)}" for text, now, then in found[:_MOST]]
-        worked = {"fatigue"} if found else set()
+        worked = {"fatigue"} if own else set()
         known = bearing(self._summary.notes, self._summary.survival.mode)
-        rest = [note for note in known if note.topic not in worked]
+        rest = [note for note in known if note.topic not in worked and not self.run.what_if.assumed]
         lines += [f"{in_words(note)} (not varied)" for note in rest[: _MOST - len(lines)]]
         return [f"{line[0].upper()}{line[1:]}" for line in lines]
 
@@ -146,7 +157,8 @@ class Advice:
         survival = self._summary.survival
         if survival.answer not in {SurvivalAnswer.FAILS, SurvivalAnswer.UNDECIDED}:
             return []
-        found = list(self._stronger()) if survival.mode in {"yielding", "fatigue"} else []
+        own = self._stronger() if survival.mode in {"yielding", "fatigue"} else ()
+        found = [*self.run.what_if.remedies, *own]
         decides = next(
             (what for part, what in _DECIDES if survival.mode.endswith(part)), "the dimensions there"
         )
@@ -170,7 +182,13 @@ class Advice:
                 else "Against fatigue no endurance limit suffices: the mean stress alone is too high"
             )
             yield from self._peened(required)
-        yield from self._steel(required)
+        solved = any("the steel" in line.lower() for line in self.run.what_if.remedies)
+        if is_steel(self.material.youngs_modulus) and not solved:
+            if (steel := self.steel()) is None:
+                yield "No steel of the library reaches both factors with this shape"
+                return
+            strength = quantity(steel.yield_strength, ".0f", "MPa")
+            yield f"The steel {steel.name}: yield strength {strength}, fatigue factor {factor(steel.fatigue)}"
 
     def _peened(self, required: float) -> Iterator[str]:
         made = self._regions().get(Region.REST)
@@ -191,13 +209,13 @@ class Advice:
             return None
         return min(case.min_safety_factor.low for case in cases)
 
-    def _steel(self, required: float) -> Iterator[str]:
-        """Yield the weakest steel of the library with which neither yielding nor fatigue ends the rod."""
+    def steel(self) -> OtherSteel | None:
+        """Return the weakest steel of the library with which neither yielding nor fatigue ends the rod."""
         least, field, regions = self._least_yielding(), self.field, self._regions()
+        required, passing = self._summary.survival.required_safety_factor, list[OtherSteel]()
         if least is None or field is None or field.criterion is Fatigue.SODERBERG or not regions:
-            return
-        passing = {}
-        for name, steel in _steels(self.run.study.material):
+            return None
+        for name, table, steel in _steels(self.run.study.material):
             surfaces, limit = steel.marin.surfaces.items(), steel.endurance_limit or 0.0
             shares = {
                 str(where): own.factor * limit / regions[where].endurance_MPa for where, own in surfaces
@@ -206,21 +224,15 @@ class Advice:
             fatigue = self._with(other, shares)
             yielding = least * steel.yield_strength / self.material.yield_strength
             if min(yielding, fatigue / self._bar()) >= required:
-                passing[name] = (steel.yield_strength, fatigue)
-        if not passing:
-            yield "No steel of the library reaches both factors with this shape"
-            return
-        name = min(passing, key=lambda name: passing[name][0])
-        strength, fatigue = passing[name]
-        yields = quantity(strength, ".0f", "MPa")
-        yield f"The steel {name}: yield strength {yields}, fatigue factor {factor(fatigue)}"
+                passing.append(OtherSteel(name, table, steel.yield_strength, fatigue))
+        return min(passing, key=lambda one: one.yield_strength, default=None)
 
 
 # Keys of [material] that stay as they are with another steel.
 _KEPT = ("surface", "bore_surface", "face_surface", "loading", "size_mm", "reliability_percent")
 
 
-def _steels(table: MaterialTable) -> Iterator[tuple[str, Material]]:
+def _steels(table: MaterialTable) -> Iterator[tuple[str, MaterialTable, Material]]:
     kept = {name: value for name in _KEPT if (value := getattr(table, name)) is not None}
     for name, known in LIBRARY.items():
         figures = known.figures
@@ -228,6 +240,7 @@ def _steels(table: MaterialTable) -> Iterator[tuple[str, Material]]:
             continue
         if {"yield_MPa", "ultimate_MPa"} <= figures.keys():
             try:
-                yield name, MaterialTable(preset=name, **kept).material()
+                other = MaterialTable(preset=name, **kept)
+                yield name, other, other.material()
             except InvalidValue:  # a finish that this metal cannot have
                 continue

@@ -91,7 +91,8 @@ def _gas(engine: EngineTable) -> str:
         "boyle": "that of isothermal compression and expansion (Boyle)",
         "compressor": "that of an ideal compressor with clearance",
         "motored": "that of adiabatic compression and expansion without combustion",
-        "otto": f"that of an ideal Otto cycle{' of a two-stroke engine' if engine.strokes == 2 else ''}",
+        "otto": f"that of an ideal {'limited-pressure' if engine.fuel == 'diesel' else 'Otto'} cycle"
+        f"{' of a two-stroke engine' if engine.strokes == 2 else ''}",
     }
     name = engine.gas.replace("\\", "/").rpartition("/")[2]
     return kinds.get(engine.gas, f"the trace {name}, the same in every cycle")

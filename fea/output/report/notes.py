@@ -9,7 +9,7 @@ from fea.output.units import named, unit
 
 # Keys of a study in brackets at the end of a note, and a value that is given by its key.
 _KEYS = re.compile(r" \((?:\[?[a-z_]+[.\]][\w.\[\]]*|[a-z_]+_[\w]*)(?:,? (?:or |and )?[\w.\[\]]+)*\)\.?$")
-_VALUE = re.compile(r"^([a-z]\w*) = (\S+)")
+_VALUE = re.compile(r"^([a-z]\w*) = ([^\s,]+)")
 _SPOKEN = {"endurance_MPa": "an endurance limit", "ultimate_MPa": "an ultimate strength"}
 _TOPICS = {
     "contact": "pins and bores", "assembly": "joint and fits", "fatigue": "fatigue strength",

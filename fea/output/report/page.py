@@ -15,7 +15,7 @@ from markupsafe import Markup
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
 from fea.judge.safety_factor import SafetyFactor, interval
-from fea.output.html import embedded_json, environment, html_page, joined_script, page_file
+from fea.output.html import environment, html_page, joined_script, packed_json, page_file
 from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
@@ -141,7 +141,7 @@ def viewer(
     """Return what the templates of the rod in three dimensions need, and its script with `more` files."""
     values = {
         "scene": drawn,
-        "header": None if drawn is None else embedded_json(_with_charts(drawn, parts)),
+        "header": None if drawn is None else packed_json(_with_charts(drawn, parts)),
         "last": run.summary.cycle_degrees,
         "numbers": "" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
         "scales": () if drawn is None else _scales(drawn.header["exaggeration"]),

@@ -165,7 +165,7 @@ _MOVED = 2**13
 _FILM = 2**10  # of the pressure of an oil film
 # Letters of the packed numbers with which the page, with its text, still picture and script, stays within 1
 # MB; how many times coarser the steps of stress and displacement are where it would not.
-_LARGEST, _COARSER = 560_000, 8
+_LARGEST, _COARSER = 560_000, (8, 24)
 
 
 @dataclass(frozen=True)
@@ -189,8 +189,9 @@ def scene(run: Run) -> DrawnRod | None:
     found = _scene(run, mesh, NumberedSurface.of(mesh))
     if len(found.numbers) > _LARGEST and found.header["order"] == 2:
         found = _scene(run, mesh, NumberedSurface.of(mesh, most=0))
-    if len(found.numbers) > _LARGEST:
-        found = _scene(run, mesh, NumberedSurface.of(mesh, most=0), coarser=_COARSER)
+    for coarser in _COARSER:
+        if len(found.numbers) > _LARGEST:
+            found = _scene(run, mesh, NumberedSurface.of(mesh, most=0), coarser=coarser)
     return found
 
 
@@ -348,12 +349,17 @@ def _pack_parity(packer: Packer, name: str, of: ParityMotion, rows: tuple[Ints, 
     """Modes as columns, a component of stress after the other, and their courses."""
     order, parents = rows
     columns = np.moveaxis(of.stress[order], 1, 2)
-    packer.steps(f"{name}.stress", columns, parents, max(peak / _MODE, float(np.abs(columns).max()) / 2**14))
+    step = max(peak / _MODE, float(np.abs(columns).max()) / 2**14)
+    packer.steps(f"{name}.stress", columns, parents, step)
     moved = np.moveaxis(of.displacement[order], 1, 2)
     largest = float(np.abs(moved).max(initial=0.0)) or 1.0
     packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
-    instants = np.arange(of.courses.shape[1])
-    packer.values(f"{name}.courses", of.courses.T, np.stack([instants - 1] * 2, axis=1))
+    # A course as finely as its mode: half a step of stress, and of displacement, where that is largest.
+    drift = np.abs(moved).max(axis=(0, 2)) * _MOVED / largest
+    sizes = np.abs(of.stress).max(axis=(0, 1)) / step
+    sizes[: len(drift)] = np.maximum(sizes[: len(drift)], drift)
+    instants, enough = np.arange(of.courses.shape[1]), packer.coarser / np.maximum(sizes, 1e-30)
+    packer.values(f"{name}.courses", of.courses.T, np.stack([instants - 1] * 2, axis=1), enough=enough)
 
 
 def _largest_displacement(of: ParityMotion) -> float:

@@ -123,10 +123,13 @@ class Packer:
     entries: list[JsonObject] = field(default_factory=list)
     _pieces: list[bytes] = field(default_factory=list)
 
-    def values(self, name: str, values: Floats, parents: Ints, *, levels: int = LEVELS) -> None:
+    def values(
+        self, name: str, values: Floats, parents: Ints, *, levels: int = LEVELS, enough: Floats | None = None
+    ) -> None:
         """Add values (n,) or (n, k), NaN where there is none, in so many steps from the least to the largest.
 
-        The columns share their step. `parents` is (n, 2), or (0, 2) for values that do not hang together.
+        The columns share their step; those that coarser ones are `enough` for (k,) have a multiple of it,
+        which packs better. `parents` is (n, 2), or (0, 2) for values that do not hang together.
         """
         table = values.reshape(len(values), -1)
         known = table[np.isfinite(table)]
@@ -134,6 +137,9 @@ class Packer:
         levels = LEVELS if levels >= LEVELS else max(levels // self.coarser, 1)
         step = (high - low) / levels
         scaled = np.rint((np.where(np.isfinite(table), table, low) - low) / (step or 1.0)).astype(np.int32)
+        if enough is not None:
+            grain = 1 << np.log2(np.clip(enough / (step or 1.0), 1, levels / 8)).astype(np.int32)
+            scaled = np.minimum((scaled + grain // 2) // grain * grain, levels // grain * grain)
         scaled[~np.isfinite(table)] = HOLE
         self._add({"name": name, "kind": "values", "low": low, "step": step}, scaled, parents)
 

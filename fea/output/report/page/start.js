@@ -15,7 +15,7 @@ async function start() {
   try {
     await painted();
     if (!("DecompressionStream" in window)) throw new Error("this browser cannot unpack the numbers (no DecompressionStream)");
-    const header = JSON.parse(document.getElementById("scene").textContent);
+    const header = JSON.parse(new TextDecoder().decode(await unpacked(document.getElementById("scene").textContent)));
     const numbers = new Numbers(await unpacked(document.getElementById("numbers").textContent), header.arrays);
     root.hidden = false;
     const viewer = new Viewer(root, header, numbers);
