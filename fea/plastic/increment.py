@@ -1,0 +1,169 @@
+"""Equilibrium of a body that flows in a few elements: plastic strain as initial strain of the elastic body.
+
+The stiffness of the elastic body, factorised once, serves every increment: the forces of the plastic strain
+act on it, and the displacement that they cause changes the plastic strain (initial stress method of
+Zienkiewicz, Valliappan & King 1969). Anderson's acceleration (1965) makes that converge in few steps.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fea.plastic.zone import Zone
+from fea.solid.parity import Parity
+from geometry.arrays import Floats, Mask
+
+# Steps that Anderson's acceleration remembers, and the most steps of an increment.
+_MEMORY, _MOST_STEPS = 12, 400
+# Where the force out of balance has not halved in so many steps, there is no equilibrium.
+_STALLED = 80
+# Right-hand sides that are solved for at once, and the most that are.
+_AT_ONCE, _LARGEST = 64, 3000
+# Largest force out of balance, relative to the largest nodal force of the elements at yield.
+BALANCED = 1e-6
+# A larger plastic strain is not small, so that nothing that follows from it holds.
+_LARGEST_STRAIN = 0.2
+# Solves for forces (n, k) of one parity, which must vanish where the mask (n,) is True.
+Solver = tuple[Mask, Callable[[Floats], Floats]]
+
+
+class NoEquilibriumError(Exception):
+    """No stress within the yield condition is in equilibrium with the load, as far as the iteration finds."""
+
+
+class ElasticBody:
+    """Displacement of an elastic body in a zone under forces there.
+
+    `solvers` by parity about y = 0: both for two halves, else the even one.
+    """
+
+    def __init__(self, zone: Zone, solvers: Mapping[Parity, Solver]) -> None:
+        self._rows = (3 * zone.nodes[:, None] + np.arange(3)).ravel()
+        self._solvers = dict(solvers)
+        self._steps = 0  # solved one by one
+        self._condensed: dict[Parity, Floats] = {}
+
+    @property
+    def halves(self) -> int:
+        """Number of halves of the body that differ."""
+        return len(self._solvers)
+
+    def __call__(self, forces: Floats) -> Floats:
+        """Displacement (n_halves, n_nodes, 3), mm, at the nodes of the zone under forces there, N."""
+        self._steps += 1
+        if not self._condensed and len(self._rows) < min(4 * self._steps, _LARGEST):  # cheaper from now on
+            self._condense()
+        parts = self._parts(forces)
+        if self._condensed:
+            moved = {parity: self._condensed[parity] @ part for parity, part in parts.items()}
+        else:
+            moved = {
+                parity: self._solved(parity, part[:, None])[self._rows] for parity, part in parts.items()
+            }
+        return self._halves(moved).reshape(forces.shape)
+
+    def everywhere(self, forces: Floats) -> dict[Parity, Floats]:
+        """Displacement (n_all_nodes, 3) of each parity on the whole cell, mm, likewise."""
+        return {
+            parity: self._solved(parity, part[:, None]).reshape(-1, 3)
+            for parity, part in self._parts(forces).items()
+        }
+
+    def _parts(self, forces: Floats) -> dict[Parity, Floats]:
+        flat = forces.reshape(len(forces), -1)
+        if self.halves == 1:
+            return dict.fromkeys(self._solvers, flat[0])
+        return {Parity.SYMMETRIC: (flat[0] + flat[1]) / 2, Parity.ANTISYMMETRIC: (flat[0] - flat[1]) / 2}
+
+    def _halves(self, parts: Mapping[Parity, Floats]) -> Floats:
+        if self.halves == 1:
+            return np.stack(list(parts.values()))
+        even, odd = parts[Parity.SYMMETRIC], parts[Parity.ANTISYMMETRIC]
+        return np.stack([even + odd, even - odd])
+
+    def _solved(self, parity: Parity, forces: Floats) -> Floats:
+        """Displacements (n, k) of the whole cell under forces (n_rows, k) in the zone."""
+        fixed, solve = self._solvers[parity]
+        sides = np.zeros((len(fixed), forces.shape[1]))
+        sides[self._rows] = forces
+        sides[fixed] = 0.0
+        u = solve(sides)
+        u[fixed] = 0.0
+        return u
+
+    def _condense(self) -> None:
+        units = np.eye(len(self._rows))
+        for parity in self._solvers:
+            some = (units[:, first : first + _AT_ONCE] for first in range(0, len(units), _AT_ONCE))
+            self._condensed[parity] = np.hstack([self._solved(parity, part)[self._rows] for part in some])
+
+
+@dataclass(frozen=True)
+class FlowState:
+    """Plastic strain of a zone, in equilibrium with an elastic state."""
+
+    plastic: Floats  #: (n_elements, n_points, 6)
+    forces: Floats  #: (n_halves, n_nodes, 3) that hold it, N
+    moved: Floats  #: (n_halves, n_nodes, 3) displacement that these cause, mm
+    unbalanced: float = 0.0  #: largest force out of balance, relative
+
+    def shifted(self, other: "FlowState") -> "FlowState":
+        """Return the state with the forces and displacements of an elastic state added."""
+        moved = self.moved + other.moved
+        return FlowState(self.plastic, self.forces + other.forces, moved, self.unbalanced)
+
+
+def at_rest(zone: Zone, halves: int) -> FlowState:
+    """Return the state in which nothing has flowed."""
+    nothing = np.zeros((halves, len(zone.nodes), 3))
+    return FlowState(zone.virgin, nothing, nothing)
+
+
+def increment(
+    zone: Zone, body: ElasticBody, elastic: Floats, before: FlowState, *, flows: bool = True
+) -> FlowState:
+    """Let a zone flow until it is in equilibrium with what acts; without flow, find the elastic state.
+
+    `elastic` (n_halves, n_nodes, 3) is the displacement, mm, of the elastic body under what acts; `before` is
+    the state before, whose forces begin the iteration. Raises `NoEquilibriumError`: none is found.
+    """
+    forces, moved, plastic = before.forces, before.moved, before.plastic
+    scale = _largest_force(zone)
+    tried, missed = list[Floats](), list[Floats]()
+    least, reached = np.inf, 0
+    for step in range(_MOST_STEPS):
+        u = elastic + moved
+        if flows:
+            plastic = zone.returned(u, before.plastic)
+        error = zone.initial_forces(u, plastic) - forces
+        unbalanced = float(np.abs(error).max(initial=0.0)) / scale
+        if unbalanced <= BALANCED:
+            return FlowState(plastic, forces, moved, unbalanced)
+        if unbalanced < least / 2:
+            least, reached = unbalanced, step
+        if step - reached > _STALLED or not np.abs(plastic - before.plastic).max() < _LARGEST_STRAIN:
+            break
+        tried, missed = [*tried, forces][-_MEMORY:], [*missed, error][-_MEMORY:]
+        forces = _accelerated(tried, missed)
+        moved = body(forces)
+    raise NoEquilibriumError
+
+
+def _accelerated(tried: list[Floats], missed: list[Floats]) -> Floats:
+    """Return the next forces: of those tried, the combination whose error is least, and that error."""
+    if len(tried) == 1:
+        return tried[-1] + missed[-1]
+    steps, errors = (
+        np.stack([(new - old).ravel() for old, new in pairwise(kept)], axis=1) for kept in (tried, missed)
+    )
+    weights = np.linalg.lstsq(errors, missed[-1].ravel(), rcond=1e-10)[0]
+    step = missed[-1].ravel() - (steps + errors) @ weights
+    return np.asarray(tried[-1] + step.reshape(tried[-1].shape))
+
+
+def _largest_force(zone: Zone) -> float:
+    """Largest nodal force of an element at yield, N: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
+    size = np.abs(zone.gradients) * np.repeat(zone.volumes, 3, axis=1)[..., None]
+    return float((zone.strength * size.sum(axis=1)).max())
