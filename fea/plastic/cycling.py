@@ -23,7 +23,7 @@ YIELD_TOLERANCE = 1e-4
 _OVERSHOOT = 0.25
 # Of what flows in a turn, the share that remains at its end: below the first the turns only reverse each
 # other, and where it falls from turn to turn to less than the second the flow fades.
-_REVERSED, _FADING = 0.05, 0.97
+_REVERSED, _FADING = 0.05, 0.99
 
 
 class PlasticAnswer(StrEnum):
@@ -70,39 +70,35 @@ class _Walk:
     beyond_yield: float = 0.0
     least_dissipation: float = 0.0
     flowed: set[int] = field(default_factory=set)
+    #: By load case and step, what happened there a turn before
+    last: dict[tuple[int, int], tuple[FlowState, FlowState]] = field(default_factory=dict)
 
-    def to(self, case: int, target: Floats, elastic_step: FlowState) -> None:
-        """Go to a load case; `elastic_step` is what the elastic body does on the whole way."""
-        start = self.elastic
-        trial = self.state.shifted(elastic_step)
-        excess = self._excess(target, trial)
-        if excess <= YIELD_TOLERANCE:
-            self._arrive(target, trial)
-            return
-        steps = ceil(excess / _OVERSHOOT)
-        part = FlowState(elastic_step.plastic, elastic_step.forces / steps, elastic_step.moved / steps)
+    def to(self, case: int, target: Floats) -> None:
+        """Go to a load case, in steps."""
+        start, excess = self.elastic, self._excess(target)
+        steps = max(1, ceil(excess / _OVERSHOOT))
         for step in range(1, steps + 1):
-            self._step(case, start + (target - start) * (step / steps), part)
+            self.elastic = start + (target - start) * (step / steps)
+            if self._excess(self.elastic) > YIELD_TOLERANCE:
+                self._flow(case, step)
+            self.beyond_yield = max(self.beyond_yield, self._excess(self.elastic))
 
-    def _step(self, case: int, target: Floats, elastic_step: FlowState) -> None:
-        zone, trial = self.zone, self.state.shifted(elastic_step)
-        if self._excess(target, trial) > YIELD_TOLERANCE:
-            after = increment(zone, self.body, target, trial)
-            flow = after.plastic - trial.plastic
-            work = zone.dissipation(zone.stress(target + after.moved, after.plastic), flow)
-            self.least_dissipation = min(self.least_dissipation, work)
-            self.unbalanced = max(self.unbalanced, after.unbalanced)
-            self.path = self.path + equivalent_strain(flow)
-            self.flowed.add(case)
-            trial = after
-        self._arrive(target, trial)
+    def _flow(self, case: int, step: int) -> None:
+        zone, before, last = self.zone, self.state, self.last.get((case, step))
+        guess = None if last is None else before.repeated(*last)
+        after = increment(zone, self.body, self.elastic, before, guess)
+        self.last[case, step] = before, after
+        flow = after.plastic - before.plastic
+        work = zone.dissipation(zone.stress(self.elastic, after.moved, after.plastic), flow)
+        self.least_dissipation = min(self.least_dissipation, work)
+        self.unbalanced = max(self.unbalanced, after.unbalanced)
+        self.path = self.path + equivalent_strain(flow)
+        self.flowed.add(case)
+        self.state = after
 
-    def _excess(self, elastic: Floats, state: FlowState) -> float:
-        return float(self.zone.usage(elastic + state.moved, state.plastic).max(initial=0.0)) - 1
-
-    def _arrive(self, elastic: Floats, state: FlowState) -> None:
-        self.elastic, self.state = elastic, state
-        self.beyond_yield = max(self.beyond_yield, self._excess(elastic, state))
+    def _excess(self, elastic: Floats) -> float:
+        usage = self.zone.usage(elastic + self.state.moved, self.state.plastic)
+        return float(usage.max(initial=0.0)) - 1
 
 
 def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
@@ -111,28 +107,24 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
     `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, in the order in
     which they act.
     """
+    nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
-    # What the projection of the volumetric strain adds to the elastic states.
-    elastic = [increment(zone, body, case, rest, flows=False) for case in cases]
-    walk = _Walk(zone, body, np.zeros_like(rest.moved), rest, np.zeros(zone.volumes.shape))
-    here, history = rest, list[tuple[float, float]]()
+    walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()
     answer: PlasticAnswer | None = None
     while answer is None:
-        before, walk.path, walk.beyond_yield = walk.state.plastic, np.zeros(zone.volumes.shape), 0.0
-        for number, (case, state) in enumerate(zip(cases, elastic, strict=True)):
-            try:
-                walk.to(number, case, state.shifted(_negative(here)))
-            except NoEquilibriumError:
-                answer = PlasticAnswer.COLLAPSES
-                break
-            here = state
+        before, walk.path, walk.beyond_yield = walk.state.plastic, nothing, 0.0
+        try:
+            for number, case in enumerate(cases):
+                walk.to(number, case)
+        except NoEquilibriumError:
+            answer = PlasticAnswer.COLLAPSES
         else:
             net = equivalent_strain(walk.state.plastic - before)
             history.append((float(walk.path.max()), float(net.max())))
             answer = _settled(history, most_turns)
     return Flow(
         answer,
-        walk.state.shifted(_negative(here)),
+        walk.state,
         turns=sum(path > 0 for path, _ in history),
         cases=tuple(sorted(walk.flowed)),
         per_turn=float(walk.path.max()),
@@ -142,12 +134,8 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
     )
 
 
-def _negative(state: FlowState) -> FlowState:
-    return FlowState(-state.plastic, -state.forces, -state.moved)
-
-
 # Turns that must agree before flow that does not end is given a name.
-_AGREE = 6
+_AGREE = 4
 
 
 def _settled(history: Sequence[tuple[float, float]], most_turns: int) -> PlasticAnswer | None:

@@ -3,7 +3,8 @@
 Yield condition of von Mises, associated flow rule, backward Euler by the radial return (Simo & Hughes 1998,
 Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four Gauss
 points cannot do at every point: the volumetric strain is projected to its mean over each element (Nagtegaal,
-Parks & Rice 1974; Simo & Hughes 1998, section 4.5), or limit loads would come out too high.
+Parks & Rice 1974; Simo & Hughes 1998, section 4.5), or limit loads would come out too high. Only the strain
+that flow adds is projected, so that the elastic solution stays what it is.
 """
 
 from dataclasses import dataclass
@@ -87,34 +88,42 @@ class Zone:
             (field * self.volumes).sum(axis=1, keepdims=True) / self.volumes.sum(axis=1, keepdims=True)
         )
 
-    def stress(self, u: Floats, plastic: Floats) -> Floats:
-        """Stress (n_elements, n_points, 6), MPa, of displacements and plastic strain."""
-        deviatoric, volumetric = self.strain(u)
-        stress = 2 * self.shear[..., None] * (deviatoric - plastic)
-        stress[..., :3] += (self.bulk * self.mean(volumetric))[..., None]
+    def stress(self, elastic: Floats, moved: Floats, plastic: Floats) -> Floats:
+        """Stress (n_elements, n_points, 6), MPa.
+
+        Of the displacement of the elastic body under its loads, and of that which plastic strain adds to it,
+        both (n_halves, n_nodes, 3); the volumetric strain of the latter is the mean of each element.
+        """
+        own, own_volumetric = self.strain(elastic)
+        added, added_volumetric = self.strain(moved)
+        stress = 2 * self.shear[..., None] * (own + added - plastic)
+        stress[..., :3] += (self.bulk * (own_volumetric + self.mean(added_volumetric)))[..., None]
         return stress
+
+    def trial(self, u: Floats, plastic: Floats) -> Floats:
+        """Deviatoric stress (n_elements, n_points, 6), MPa, of all displacement and plastic strain."""
+        return np.asarray(2 * self.shear[..., None] * (self.strain(u)[0] - plastic))
 
     def usage(self, u: Floats, plastic: Floats) -> Floats:
         """Von Mises stress over yield strength (n_elements, n_points)."""
-        return von_mises(self.stress(u, plastic)) / self.strength
+        return von_mises(self.trial(u, plastic)) / self.strength
 
     def returned(self, u: Floats, plastic: Floats) -> Floats:
         """Plastic strain after the radial return at displacements, from that before."""
-        shear = self.shear[..., None]
-        trial = 2 * shear * (self.strain(u)[0] - plastic)
-        equivalent = von_mises(trial)
-        beyond = 1 - self.strength / np.maximum(equivalent, self.strength)
-        return np.asarray(plastic + beyond[..., None] * trial / (2 * shear))
+        trial = self.trial(u, plastic)
+        beyond = 1 - self.strength / np.maximum(von_mises(trial), self.strength)
+        return np.asarray(plastic + beyond[..., None] * trial / (2 * self.shear[..., None]))
 
-    def initial_forces(self, u: Floats, plastic: Floats) -> Floats:
+    def initial_forces(self, moved: Floats, plastic: Floats) -> Floats:
         """Forces (n_halves, n_nodes, 3), N, that act on the elastic body like the plastic strain.
 
-        They contain what the projection of the volumetric strain changes.
+        They contain what the projection of the volumetric strain changes in the displacement `moved` that
+        they cause themselves.
         """
-        volumetric = self.strain(u)[1]
+        volumetric = self.strain(moved)[1]
         initial = 2 * self.shear[..., None] * plastic
         initial[..., :3] += (self.bulk * (volumetric - self.mean(volumetric)))[..., None]
-        return self.forces(initial, len(u))
+        return self.forces(initial, len(moved))
 
     def forces(self, stress: Floats, n_halves: int) -> Floats:
         """Nodal forces (n_halves, n_nodes, 3), N, of a stress (n_elements, n_points, 6): ∫ ∇N · σ dV."""

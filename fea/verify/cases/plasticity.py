@@ -127,7 +127,7 @@ def plastic_sphere(size: float) -> Quantities:
 def hoop_less_radial(zone: Zone, state: FlowState, places: Floats) -> Floats:
     """Hoop less radial stress (n_elements, n_points), MPa, that flow leaves in a sphere without load."""
     outward = places / np.linalg.norm(places, axis=-1, keepdims=True)
-    tensor = matrices(zone.stress(state.moved, state.plastic))
+    tensor = matrices(zone.stress(0 * state.moved, state.moved, state.plastic))
     radial = np.einsum("epi,epij,epj->ep", outward, tensor, outward)
     return np.asarray((np.trace(tensor, axis1=-2, axis2=-1) - radial) / 2 - radial)
 
@@ -200,7 +200,7 @@ class BentSlice:
     def moment(self, state: FlowState, u: Floats) -> float:
         """Mean bending moment over that at first yield."""
         y = _places(self.mesh)[..., 1]
-        axial = self.zone.stress(u + state.moved, state.plastic)[..., 0]
+        axial = self.zone.stress(u, state.moved, state.plastic)[..., 0]
         first = YIELD * (y**2 * self.zone.volumes).sum() / (DEPTH / 2)
         return float(abs((axial * y * self.zone.volumes).sum()) / first)
 

@@ -1,0 +1,179 @@
+"""What yielding leads to: whether a rod that flows settles, and up to which multiple of its loads."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.figures import PlasticFigures, SetFigures
+from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.survival import OVER_REV, SHAKEDOWN
+from fea.base.checks import Check, check
+from fea.base.choices import SolverName
+from fea.base.note import Note, assumption, assumptions, doubt, omission
+from fea.base.units import DEG, UM
+from fea.judge.case_result import CaseResult, Governing
+from fea.judge.safety_factor import SafetyFactor
+from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
+from fea.rod.places import place_name
+from geometry.arrays import Floats, vector
+
+# Topic of notes and mode of failure of flow that does not settle; modes by what else it does.
+FLOW = "plastic flow"
+_MODES = {
+    PlasticAnswer.CYCLIC: "cyclic plasticity",
+    PlasticAnswer.RATCHETS: "ratcheting",
+    PlasticAnswer.COLLAPSES: "plastic collapse",
+}
+# Halvings of the interval in which the multiple lies up to which a rod settles.
+_HALVINGS = 3
+# Of a cycle, at most so many instants beside the load cases: those at which a place with this share of the
+# yield strength is worst.
+_INSTANTS, _NEAR = 12, 0.9
+
+
+@dataclass(frozen=True)
+class PlasticResult:
+    """What yielding leads to at one speed."""
+
+    figures: PlasticFigures | None  #: None where it is left out
+    checks: Mapping[str, Check]
+    notes: tuple[Note, ...]
+
+
+def plastic_flow(
+    rod: PreparedRod, rpm: float | None, cases: Mapping[str, CaseResult], cycle: CycleResult | None = None
+) -> PlasticResult | None:
+    """Follow the flow of a rod over its load cases, with a cycle over its worst instants, too.
+
+    None where nothing yields. The yield strength comes first: what does not settle there does not with a
+    smaller one, so that the cyclic yield strength is followed only where it does.
+    """
+    acting = [case for case in cases.values() if case.load.largest_force > 0]
+    if not acting or max(case.worst.value for case in acting) <= 1:
+        return None
+    if why := _left_out(rod):
+        return PlasticResult(None, {}, (omission(FLOW, why),))
+    loads, worst = _loads(rod, rpm, acting, cycle)
+    material = rod.materials[0]
+    strengths = sorted({material.yield_strength, material.flow_strength}, reverse=True)
+    at_each = [FlowingRod(rod, loads, worst, acting[0].counts, strength) for strength in strengths]
+    followed = at_each[0].follow(1.0)
+    if followed.settles and len(at_each) > 1:
+        followed = at_each[1].follow(1.0)
+    bar = Governing.of(acting).percent
+    multiple = _settling(at_each[-1], followed, 1 + bar / 100, rod.options.min_safety or 1.0)
+    flow = followed.flow
+    values = {
+        "plastic_equilibrium": flow.unbalanced,
+        "plastic_yield": max(0.0, flow.beyond_yield),
+        "plastic_dissipation": max(0.0, -flow.least_dissipation),
+    }
+    return PlasticResult(
+        figures=_figures(followed, multiple, bar),
+        checks={name: check(name, value) for name, value in values.items()},
+        notes=tuple(_notes(rod, followed)),
+    )
+
+
+def _loads(
+    rod: PreparedRod, rpm: float | None, cases: Sequence[CaseResult], cycle: CycleResult | None
+) -> tuple[dict[str, Floats], Floats]:
+    """Displacements of the whole rod in the order in which they act, and the largest stress at its nodes."""
+    at = {case.load.name: float(np.nan_to_num(case.load.crank_angle, nan=np.inf)) for case in cases}
+    loads = {case.load.name: case.displacement for case in cases}
+    worst = np.max([case.von_mises for case in cases], axis=0)
+    if cycle is not None and rpm is not None:
+        worst = np.maximum(worst, cycle.envelope.von_mises)
+        usage = np.where(cycle.counts, np.abs(cycle.envelope.usage), 0.0)
+        angles, which = np.unique(cycle.envelope.usage_angle[usage > _NEAR], return_inverse=True)
+        most = np.zeros(len(angles))
+        np.maximum.at(most, which, usage[usage > _NEAR])
+        angles = angles[np.sort(most.argsort()[-_INSTANTS:])]
+        moved = rod.displacement(rpm, angles) if len(angles) else np.zeros((0, 3, 0))
+        for number, angle in enumerate(angles):
+            name = f"{angle / DEG:.0f}°"
+            loads[name], at[name] = moved[..., number], float(angle)
+    if len(loads) == 1:  # it comes and goes
+        loads["no load"], at["no load"] = 0 * cases[0].displacement, np.inf
+    return {name: loads[name] for name in sorted(loads, key=at.__getitem__)}, worst
+
+
+def _settling(rod: FlowingRod, followed: FollowedFlow, sure: float, least: float) -> float:
+    """Return a multiple of all loads up to which the rod settles; it may settle at larger ones.
+
+    `sure` contains the error bar of the stress. Where it does not settle now, the multiple is below 1.
+    """
+    if followed.settles:
+        wanted = (each for each in (OVER_REV**2 * least * sure, least * sure, least) if each > 1)
+        return next((each for each in wanted if each <= rod.reversing and rod.follow(each).settles), 1.0)
+    if followed.flow.answer is PlasticAnswer.CYCLIC and rod.reversing < 1:
+        return rod.reversing
+    low, high = min(1.0, 1 / float(rod.usage.max())), min(1.0, rod.reversing)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if rod.follow(middle).settles else (low, middle)
+    return low
+
+
+def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
+    flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
+    names = list(rod.loads)
+    where = place_name(mesh, followed.node)
+    mode = FLOW if flow.answer is PlasticAnswer.UNDECIDED else _MODES.get(flow.answer, SHAKEDOWN)
+    case = names[flow.cases[0]] if flow.cases else ""
+    return PlasticFigures(
+        state=flow.answer.value,
+        max_plastic_strain=float(flow.strain.max()),
+        strain_per_turn=0.0 if followed.settles else flow.per_turn,
+        at_mm=vector(mesh.whole.points[followed.node]),
+        where=where,
+        elements=followed.elements,
+        elements_percent=100 * followed.elements / len(mesh.whole.tets),
+        turns=flow.turns,
+        cases=tuple(names[number] for number in flow.cases),
+        residual_MPa=followed.residual,
+        set_um=SetFigures(length=followed.lengthening / UM),
+        strength_MPa=rod.strength,
+        settling_factor=SafetyFactor.of_stress(multiple, bar, mode=mode, instant=case, place=where),
+    )
+
+
+_ASSUMED = (
+    "no hardening, small strain, and what the pins press as in the elastic rod",
+    "load cases that follow one another by crank angle",
+)
+
+
+def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
+    material = rod.materials[0]
+    yield from assumptions(FLOW, _ASSUMED)
+    if material.cyclic_yield is None:
+        yield assumption(
+            "assumed the yield strength in repeated loading, too (material.cyclic_yield_MPa)", FLOW
+        )
+    elif material.cyclic_estimated:
+        yield assumption(
+            f"assumed {material.cyclic_yield:.0f} MPa as cyclic yield strength (material.cyclic_yield_MPa; "
+            "uniform material law, Bäumel & Seeger 1990, quoted from memory)",
+            FLOW,
+        )
+    if followed.flow.answer is PlasticAnswer.UNDECIDED:
+        yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
+
+
+def _left_out(rod: PreparedRod) -> str:
+    """Why the flow of a rod is not followed, as a rule; empty where it can be."""
+    if rod.options.elastic:
+        return "not asked for (elastic)"
+    if rod.assembling is not None or len(rod.materials) > 1:
+        return "not followed in rods of separate parts, whose contact it would change"
+    if rod.structure.soft:
+        return "not followed in mixed elements"
+    if rod.mesh.cell.order == 1:
+        return "first-order elements are too stiff for flow, which keeps the volume"
+    if rod.model.solver == SolverName.AMG:
+        return "it needs a direct solver"
+    return ""

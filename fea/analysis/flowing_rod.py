@@ -1,0 +1,173 @@
+"""Plastic flow of a rod under loads that follow one another, turn by turn."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from fea.analysis.prepared_rod import PreparedRod
+from fea.plastic.cycling import YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
+from fea.plastic.increment import ElasticBody
+from fea.plastic.zone import Zone
+from fea.solid.parity import Parity
+from fea.solid.stress import principal
+from fea.solid.supports import bore_mean
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+
+# Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
+_NEAR = 0.85
+# Times that the zone may grow, until nothing yields outside of it.
+_GROWTHS = 6
+_MIRRORED = np.array([1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class FlowingRod:
+    """The loads of a rod at a speed, ready to be followed at any multiple of them."""
+
+    rod: PreparedRod
+    loads: Mapping[str, Floats]  #: displacement (n_nodes, 3) of the whole rod, mm, in the order they act
+    worst: Floats  #: (n_nodes,) largest elastic von Mises stress of any load, MPa
+    counts: Mask  #: (n_nodes,) nodes away from singular places, whose elements alone may flow
+    strength: float  #: that flow begins at, MPa
+
+    @cached_property
+    def nodes(self) -> Ints:
+        """Node (n_halves, n_cell) of the whole rod at each node of the cell, and at its image about y = 0."""
+        mirrored, cell = self.rod.mesh.mirrored, self.rod.mesh.cell
+        own, image = np.empty((2, len(cell.points)), dtype=np.int64)
+        above = mirrored.sign[:, 2] > 0
+        for nodes, side in ((own, 1), (image, -1)):
+            nodes[:] = own
+            there = np.flatnonzero(above & (mirrored.sign[:, 1] == side))
+            nodes[mirrored.source[there]] = there
+        return np.stack([own, image]) if self.rod.mesh.cut_y else own[None]
+
+    @cached_property
+    def displacements(self) -> list[Floats]:
+        """Displacement (n_halves, n_cell, 3) of each load, mm, the second half mirrored to the cell.
+
+        One half stands for both where all loads are symmetric about y = 0.
+        """
+        found = []
+        for displacement in self.loads.values():
+            u = displacement[self.nodes]
+            u[1:] *= _MIRRORED
+            found.append(u)
+        apart = max(np.abs(u[0] - u[-1]).max() for u in found)
+        largest = max(np.abs(u).max() for u in found)
+        return [u[:1] for u in found] if apart <= 1e-9 * largest else found
+
+    @cached_property
+    def _counts(self) -> Mask:
+        """Elements (n_elements,) of the cell away from singular places."""
+        masked = ~self.counts[self.nodes[0]]
+        return ~masked[self.rod.mesh.cell.tets].any(axis=1)
+
+    @cached_property
+    def usage(self) -> Floats:
+        """Largest elastic von Mises stress at the nodes over the strength, (n_halves, n_elements)."""
+        nodes, tets = self.nodes[: len(self.displacements[0])], self.rod.mesh.cell.tets
+        worst = self.worst[nodes][:, tets].max(axis=-1)
+        return np.asarray(np.where(self._counts, worst, 0.0) / self.strength)
+
+    @cached_property
+    def every(self) -> Zone:
+        """All elements of one half."""
+        every = np.arange(len(self.rod.mesh.cell.tets))
+        return self._zone(np.zeros_like(every), every)
+
+    def _zone(self, half: Ints, element: Ints) -> Zone:
+        rod = self.rod
+        strengths = np.full(len(element), self.strength)
+        return Zone.of(rod.mesh.cell, rod.materials[0], half, element, strengths)
+
+    def _largest(self, displacements: Sequence[Floats]) -> Floats:
+        """Largest von Mises stress over the strength under any of these, (n_halves, n_elements), elastic."""
+        none = self.every.virgin
+        of_each = [
+            [self.every.usage(u[[half]], none).max(axis=1) for half in range(len(u))] for u in displacements
+        ]
+        return np.asarray(np.where(self._counts, np.max(of_each, axis=0), 0.0))
+
+    @cached_property
+    def surface(self) -> float:
+        """By how much the stress at the nodes exceeds that at the Gauss points, which lie inside."""
+        return max(1.0, float(self.usage.max() / self._largest(self.displacements).max()))
+
+    @cached_property
+    def reversing(self) -> float:
+        """Multiple of the loads above which flow never ends: a range of stress exceeds twice the strength.
+
+        No residual stress brings both of its ends within the yield condition (Melan 1938).
+        """
+        ranges = [one - other for one, other in combinations(self.displacements, 2)]
+        return float(2 / (self.surface * self._largest(ranges).max())) if ranges else np.inf
+
+    def follow(self, multiple: float) -> "FollowedFlow":
+        """Repeat the loads, with this multiple of all their loads, until what happens is known."""
+        scale = multiple * self.surface
+        loads = [scale * u for u in self.displacements]
+        may_flow = self.usage * scale > _NEAR
+        parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
+        solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
+        for _ in range(_GROWTHS):
+            zone = self._zone(*np.nonzero(may_flow))
+            body = ElasticBody(zone, solvers)
+            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads])
+            moved = body.everywhere(flow.state.forces)
+            missed = (self._largest([u + moved for u in loads]) > 1 + YIELD_TOLERANCE) & ~may_flow
+            if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
+                return FollowedFlow(self, zone, flow, moved)
+            may_flow |= missed
+        return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
+
+
+@dataclass(frozen=True)
+class FollowedFlow:
+    """What the rod did at a multiple of its loads."""
+
+    rod: FlowingRod
+    zone: Zone
+    flow: Flow
+    moved: Floats  #: (n_halves, n_cell, 3) displacement that is left without load, mm
+
+    @property
+    def settles(self) -> bool:
+        """Whether nothing flows any more."""
+        return self.flow.answer in {PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
+
+    @property
+    def elements(self) -> int:
+        """Elements of the whole rod that have flowed."""
+        copies = self.rod.rod.mesh.symmetry.copies // len(self.moved)
+        return copies * int((self.flow.strain > 0).any(axis=1).sum())
+
+    @property
+    def node(self) -> int:
+        """Node of the whole rod where most has flowed: of that element, the most stressed one."""
+        element = int(self.flow.strain.max(axis=1).argmax())
+        nodes = self.rod.nodes[self.zone.half[element]][self.zone.nodes[self.zone.corners[element]]]
+        return int(nodes[self.rod.worst[nodes].argmax()])
+
+    @property
+    def residual(self) -> float:
+        """Principal stress of largest magnitude, MPa, that is left without load where most has flowed."""
+        state = self.flow.state
+        stress = self.zone.stress(0 * state.moved, state.moved, state.plastic)
+        place = np.unravel_index(self.flow.strain.argmax(), self.flow.strain.shape)
+        principals = principal(stress[place])
+        return float(principals[np.abs(principals).argmax()])
+
+    @property
+    def lengthening(self) -> float:
+        """By how much the bores are further apart without load, mm."""
+        cell = self.rod.rod.mesh.cell
+        small, big = (
+            np.mean([bore_mean(cell, bore, half)[0] for half in self.moved])
+            for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE)
+        )
+        return float(small - big)
