@@ -447,10 +447,8 @@ class PlasticFigures(Figures):
     cases: tuple[str, ...]  #: load cases or crank angles under which something flowed
     residual_MPa: float  #: principal stress of largest magnitude left there without load
     set_um: SetFigures
-    strength_MPa: (
-        float  #: at which it flowed: the smaller of yield and cyclic yield strength, where that decides
-    )
-    #: Multiple of all loads up to which it was followed and settles; where it does not settle now, one below 1
+    strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
+    #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
 
 
