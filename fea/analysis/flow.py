@@ -58,13 +58,13 @@ def plastic_flow(
         return PlasticResult(None, {}, (omission(FLOW, why),))
     loads, worst = _loads(rod, rpm, acting, cycle)
     material = rod.materials[0]
-    strengths = sorted({material.yield_strength, material.flow_strength}, reverse=True)
-    at_each = [FlowingRod(rod, loads, worst, acting[0].counts, strength) for strength in strengths]
-    followed = at_each[0].follow(1.0)
-    if followed.settles and len(at_each) > 1:
-        followed = at_each[1].follow(1.0)
+    flowing = FlowingRod(rod, loads, worst, acting[0].counts)
+    strength = material.yield_strength
+    followed = flowing.follow(strength)
+    if followed.settles and material.flow_strength < strength:
+        followed = flowing.follow(material.flow_strength)
     bar = Governing.of(acting).percent
-    multiple = _settling(at_each[-1], followed, 1 + bar / 100, rod.options.min_safety or 1.0)
+    multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
     flow = followed.flow
     values = {
         "plastic_equilibrium": flow.unbalanced,
@@ -101,20 +101,27 @@ def _loads(
     return {name: loads[name] for name in sorted(loads, key=at.__getitem__)}, worst
 
 
-def _settling(rod: FlowingRod, followed: FollowedFlow, sure: float, least: float) -> float:
-    """Return a multiple of all loads up to which the rod settles; it may settle at larger ones.
+def _settling(followed: FollowedFlow, strength: float, sure: float, least: float) -> float:
+    """Return a multiple of all loads at which the rod settles, or at which what ends it does not happen.
 
-    `sure` contains the error bar of the stress. Where it does not settle now, the multiple is below 1.
+    The rod may settle at larger ones: `sure`, which contains the error bar of the stress, times the `least`
+    factor and what an over-rev asks are tried. Where it does not settle now, the multiple is below 1.
     """
+    rod, answer = followed.rod, followed.flow.answer
+    most = rod.reversing(strength)
     if followed.settles:
         wanted = (each for each in (OVER_REV**2 * least * sure, least * sure, least) if each > 1)
-        return next((each for each in wanted if each <= rod.reversing and rod.follow(each).settles), 1.0)
-    if followed.flow.answer is PlasticAnswer.CYCLIC and rod.reversing < 1:
-        return rod.reversing
-    low, high = min(1.0, 1 / float(rod.usage.max())), min(1.0, rod.reversing)
+        return next((each for each in wanted if each <= most and rod.follow(strength, each).settles), 1.0)
+    if answer is PlasticAnswer.CYCLIC and most < 1:
+        return most
+    collapses = answer is PlasticAnswer.COLLAPSES
+    turns = 1 if collapses else MOST_TURNS
+    low, high = min(1.0, strength / float(rod.nodal.max())), 1.0
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if rod.follow(middle).settles else (low, middle)
+        tried = rod.follow(strength, middle, turns)
+        borne = tried.settles or (collapses and tried.flow.answer is not answer)
+        low, high = (middle, high) if borne else (low, middle)
     return low
 
 
@@ -127,7 +134,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
     return PlasticFigures(
         state=flow.answer.value,
         max_plastic_strain=float(flow.strain.max()),
-        strain_per_turn=0.0 if followed.settles else flow.per_turn,
+        strain_per_turn=0.0 if followed.settles or flow.answer is PlasticAnswer.COLLAPSES else flow.per_turn,
         at_mm=vector(mesh.whole.points[followed.node]),
         where=where,
         elements=followed.elements,
@@ -136,7 +143,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         cases=tuple(names[number] for number in flow.cases),
         residual_MPa=followed.residual,
         set_um=SetFigures(length=followed.lengthening / UM),
-        strength_MPa=rod.strength,
+        strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, mode=mode, instant=case, place=where),
     )
 

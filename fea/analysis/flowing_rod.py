@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from fea.analysis.prepared_rod import PreparedRod
-from fea.plastic.cycling import YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
+from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
 from fea.plastic.increment import ElasticBody
 from fea.plastic.zone import Zone
 from fea.solid.parity import Parity
@@ -32,7 +32,6 @@ class FlowingRod:
     loads: Mapping[str, Floats]  #: displacement (n_nodes, 3) of the whole rod, mm, in the order they act
     worst: Floats  #: (n_nodes,) largest elastic von Mises stress of any load, MPa
     counts: Mask  #: (n_nodes,) nodes away from singular places, whose elements alone may flow
-    strength: float  #: that flow begins at, MPa
 
     @cached_property
     def nodes(self) -> Ints:
@@ -68,62 +67,71 @@ class FlowingRod:
         return ~masked[self.rod.mesh.cell.tets].any(axis=1)
 
     @cached_property
-    def usage(self) -> Floats:
-        """Largest elastic von Mises stress at the nodes over the strength, (n_halves, n_elements)."""
+    def nodal(self) -> Floats:
+        """Largest elastic von Mises stress at the nodes of each element, (n_halves, n_elements), MPa."""
         nodes, tets = self.nodes[: len(self.displacements[0])], self.rod.mesh.cell.tets
-        worst = self.worst[nodes][:, tets].max(axis=-1)
-        return np.asarray(np.where(self._counts, worst, 0.0) / self.strength)
+        return np.asarray(np.where(self._counts, self.worst[nodes][:, tets].max(axis=-1), 0.0))
+
+    def _zone(self, elements: Mask, strength: float = 1.0) -> Zone:
+        """Some elements (n_halves, n_elements); with a strength of 1, usage is stress."""
+        half, element = np.nonzero(elements)
+        strengths = np.full(len(element), strength)
+        return Zone.of(self.rod.mesh.cell, self.rod.materials[0], half, element, strengths)
 
     @cached_property
-    def every(self) -> Zone:
-        """All elements of one half."""
-        every = np.arange(len(self.rod.mesh.cell.tets))
-        return self._zone(np.zeros_like(every), every)
+    def _elastic(self) -> tuple[float, float]:
+        """Largest stress, and largest range of stress between two loads, at the Gauss points, MPa.
 
-    def _zone(self, half: Ints, element: Ints) -> Zone:
-        rod = self.rod
-        strengths = np.full(len(element), self.strength)
-        return Zone.of(rod.mesh.cell, rod.materials[0], half, element, strengths)
+        Of the elements with half the largest stress: no range elsewhere exceeds it.
+        """
+        zone = self._zone(self.nodal >= self.nodal.max() / 2)
+        at_each = [u[:, zone.nodes] for u in self.displacements]
+        largest = max(zone.usage(u, zone.virgin).max() for u in at_each)
+        ranges = [zone.usage(one - other, zone.virgin).max() for one, other in combinations(at_each, 2)]
+        return float(largest), float(max(ranges, default=0.0))
 
-    def _largest(self, displacements: Sequence[Floats]) -> Floats:
-        """Largest von Mises stress over the strength under any of these, (n_halves, n_elements), elastic."""
-        none = self.every.virgin
-        of_each = [
-            [self.every.usage(u[[half]], none).max(axis=1) for half in range(len(u))] for u in displacements
-        ]
-        return np.asarray(np.where(self._counts, np.max(of_each, axis=0), 0.0))
-
-    @cached_property
+    @property
     def surface(self) -> float:
         """By how much the stress at the nodes exceeds that at the Gauss points, which lie inside."""
-        return max(1.0, float(self.usage.max() / self._largest(self.displacements).max()))
+        return max(1.0, float(self.nodal.max()) / self._elastic[0])
 
-    @cached_property
-    def reversing(self) -> float:
+    def reversing(self, strength: float) -> float:
         """Multiple of the loads above which flow never ends: a range of stress exceeds twice the strength.
 
         No residual stress brings both of its ends within the yield condition (Melan 1938).
         """
-        ranges = [one - other for one, other in combinations(self.displacements, 2)]
-        return float(2 / (self.surface * self._largest(ranges).max())) if ranges else np.inf
+        return 2 * strength / max(self.surface * self._elastic[1], strength / 50)
 
-    def follow(self, multiple: float) -> "FollowedFlow":
-        """Repeat the loads, with this multiple of all their loads, until what happens is known."""
+    def follow(self, strength: float, multiple: float = 1.0, most_turns: int = MOST_TURNS) -> "FollowedFlow":
+        """Repeat the loads, all of them multiplied, with a yield strength, MPa, until the end is known."""
         scale = multiple * self.surface
         loads = [scale * u for u in self.displacements]
-        may_flow = self.usage * scale > _NEAR
+        may_flow = self.nodal * scale > _NEAR * strength
         parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
         solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
         for _ in range(_GROWTHS):
-            zone = self._zone(*np.nonzero(may_flow))
+            zone = self._zone(may_flow, strength)
             body = ElasticBody(zone, solvers)
-            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads])
+            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads], most_turns)
             moved = body.everywhere(flow.state.forces)
-            missed = (self._largest([u + moved for u in loads]) > 1 + YIELD_TOLERANCE) & ~may_flow
+            missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
                 return FollowedFlow(self, zone, flow, moved)
             may_flow |= missed
         return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
+
+    @cached_property
+    def _every(self) -> Zone:
+        """All elements of one half."""
+        return self._zone(np.ones((1, len(self.rod.mesh.cell.tets)), dtype=bool))
+
+    def _beyond(self, strength: float, displacements: Sequence[Floats]) -> Mask:
+        """Elements (n_halves, n_elements) that yield under any of these, where nothing has flowed."""
+        zone = self._every
+        stress = [
+            [zone.usage(u[[half]], zone.virgin).max(axis=1) for half in range(len(u))] for u in displacements
+        ]
+        return np.asarray((np.max(stress, axis=0) > (1 + YIELD_TOLERANCE) * strength) & self._counts)
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def survival(
     if failed:
         answer, text = SurvivalAnswer.FAILS, _failed(failed, required, fatigue_at_most)
     elif undecided:
-        remedy = _remedy(governing, least, given_mesh=given_mesh)
+        remedy = _remedy(governing, least, given_mesh=given_mesh or governing.mode == SHAKEDOWN)
         answer = SurvivalAnswer.UNDECIDED
         text = f"undecided, safety factor {governing.named} includes {least:g}; {remedy}"
     else:
@@ -156,7 +156,7 @@ def _most(bound: SafetyFactor | None) -> str:
 
 def _remedy(governing: SafetyFactor, least: float, *, given_mesh: bool) -> str:
     apart = 100 * abs(governing / least - 1)
-    if apart < _CLOSEST_PERCENT:
+    if apart < _CLOSEST_PERCENT and governing.mode != SHAKEDOWN:
         return f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
     return "a finer mesh may decide" if given_mesh else f"--tolerance {_AIM * apart:.2g} would decide"
 

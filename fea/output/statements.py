@@ -144,7 +144,7 @@ def flow(summary: Summary) -> Iterator[str]:
 def flow_in_full(summary: Summary) -> Iterator[str]:
     """Yield what yielding leads to, with what is left of it."""
     yield from flow(summary)
-    if (found := summary.plastic) is None:
+    if (found := summary.plastic) is None or found.state == "collapses":
         return
     left, longer = quantity(found.residual_MPa, "+.0f", "MPa"), found.set_um.length
     moved = f"{quantity(abs(longer), '.2g', 'um')} {'longer' if longer > 0 else 'shorter'}"

@@ -18,13 +18,13 @@ from geometry.arrays import Floats, Mask
 # Steps that Anderson's acceleration remembers, and the most steps of an increment.
 _MEMORY, _MOST_STEPS = 12, 400
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
-_STALLED = 80
+_STALLED = 60
 # Right-hand sides that are solved for at once, and the most that are.
 _AT_ONCE, _LARGEST = 64, 3000
 # Largest force out of balance, relative to the largest nodal force of the elements at yield.
-BALANCED = 1e-4
+BALANCED = 3e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.
-_LARGEST_STRAIN = 0.2
+_LARGEST_STRAIN = 0.1
 # Solves for forces (n, k) of one parity, which must vanish where the mask (n,) is True.
 Solver = tuple[Mask, Callable[[Floats], Floats]]
 
