@@ -63,7 +63,8 @@ def plastic_flow(
     followed = flowing.follow(strength)
     if followed.settles and material.flow_strength < strength:
         followed = flowing.follow(material.flow_strength)
-    bar = Governing.of(acting).percent
+    # What whole sections carry is balanced better than the peaks that the bar belongs to.
+    bar = 0.0 if followed.flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
     multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
     flow = followed.flow
     values = {
@@ -115,12 +116,13 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
     if answer is PlasticAnswer.CYCLIC and most < 1:
         return most
     collapses = answer is PlasticAnswer.COLLAPSES
-    turns = 1 if collapses else MOST_TURNS
     low, high = min(1.0, strength / float(rod.nodal.max())), 1.0
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        tried = rod.follow(strength, middle, turns)
-        borne = tried.settles or (collapses and tried.flow.answer is not answer)
+        if collapses:
+            borne = rod.followed(strength, middle, most_turns=1).flow.answer is not answer
+        else:
+            borne = rod.follow(strength, middle).settles
         low, high = (middle, high) if borne else (low, middle)
     return low
 

@@ -64,7 +64,7 @@ class FlowingRod:
     def _counts(self) -> Mask:
         """Elements (n_elements,) of the cell away from singular places."""
         masked = ~self.counts[self.nodes[0]]
-        return ~masked[self.rod.mesh.cell.tets].any(axis=1)
+        return np.asarray(~masked[self.rod.mesh.cell.tets].any(axis=1))
 
     @cached_property
     def nodal(self) -> Floats:
@@ -103,8 +103,20 @@ class FlowingRod:
         return 2 * strength / max(self.surface * self._elastic[1], strength / 50)
 
     def follow(self, strength: float, multiple: float = 1.0, most_turns: int = MOST_TURNS) -> "FollowedFlow":
-        """Repeat the loads, all of them multiplied, with a yield strength, MPa, until the end is known."""
-        scale = multiple * self.surface
+        """Repeat the loads, all of them multiplied, with a yield strength, MPa, until the end is known.
+
+        They are raised by `surface`. Whole sections that give way do not depend on that: a collapse counts if
+        it follows without, too; if the rod settles then, what happens is not known.
+        """
+        found = self.followed(strength, multiple * self.surface, most_turns)
+        if found.flow.answer is not PlasticAnswer.COLLAPSES:
+            return found
+        bare = self.followed(strength, multiple, most_turns)
+        unknown = replace(bare.flow, answer=PlasticAnswer.UNDECIDED)
+        return replace(bare, flow=unknown) if bare.settles else bare
+
+    def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
+        """Do so with the loads as they are, times a scale."""
         loads = [scale * u for u in self.displacements]
         may_flow = self.nodal * scale > _NEAR * strength
         parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
