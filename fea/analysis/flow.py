@@ -9,7 +9,7 @@ from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import PlasticFigures, SetFigures
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
-from fea.analysis.survival import OVER_REV, SHAKEDOWN
+from fea.analysis.survival import LASTING_FLOW, OVER_REV
 from fea.base.checks import Check, check
 from fea.base.choices import SolverName
 from fea.base.note import Note, assumption, assumptions, doubt, omission
@@ -20,7 +20,7 @@ from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
 
-# Topic of notes and mode of failure of flow that does not settle; modes by what else it does.
+# Topic of notes, and modes of failure by what the flow does; of others, it is that flow lasts.
 FLOW = "plastic flow"
 _MODES = {
     PlasticAnswer.CYCLIC: "cyclic plasticity",
@@ -131,7 +131,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
     names = list(rod.loads)
     where = place_name(mesh, followed.node)
-    mode = FLOW if flow.answer is PlasticAnswer.UNDECIDED else _MODES.get(flow.answer, SHAKEDOWN)
+    mode = _MODES.get(flow.answer, LASTING_FLOW)
     case = names[flow.cases[0]] if flow.cases else ""
     return PlasticFigures(
         state=flow.answer.value,

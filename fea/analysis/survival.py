@@ -21,7 +21,7 @@ _AIM = 0.9
 # A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
 _SLIDING = 1e-3
 _FAILS: Mapping[str, str] = shipped_toml("base/failures.toml")["run"]
-FATIGUE, SHAKEDOWN = "fatigue", "shakedown"
+FATIGUE, LASTING_FLOW = "fatigue", "lasting flow"
 # Ordinary scatter: an engine is turned 10 % beyond its speed by a missed shift, so that inertia grows by the
 # square of that; single cycles have a peak pressure of 15 % more than the mean, three times the 5 % by which
 # peaks scatter in steady running (Heywood 1988, §9.4.1).
@@ -108,11 +108,11 @@ def survival(
     if failed:
         answer, text = SurvivalAnswer.FAILS, _failed(failed, required, fatigue_at_most)
     elif undecided:
-        remedy = _remedy(governing, least, given_mesh=given_mesh or governing.mode == SHAKEDOWN)
+        remedy = _remedy(governing, least, given_mesh=given_mesh or governing.mode == LASTING_FLOW)
         answer = SurvivalAnswer.UNDECIDED
         text = f"undecided, safety factor {governing.named} includes {least:g}; {remedy}"
     else:
-        flowed = any(factor.mode == SHAKEDOWN for factor in counted)
+        flowed = any(factor.mode == LASTING_FLOW for factor in counted)
         answer = SurvivalAnswer.SHAKES_DOWN if flowed else SurvivalAnswer.NOT_JUDGED
         answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else answer
         reserve = _no_reserve(governing, least) if answer is SurvivalAnswer.SURVIVES else ""
@@ -156,7 +156,7 @@ def _most(bound: SafetyFactor | None) -> str:
 
 def _remedy(governing: SafetyFactor, least: float, *, given_mesh: bool) -> str:
     apart = 100 * abs(governing / least - 1)
-    if apart < _CLOSEST_PERCENT and governing.mode != SHAKEDOWN:
+    if apart < _CLOSEST_PERCENT and governing.mode != LASTING_FLOW:
         return f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
     return "a finer mesh may decide" if given_mesh else f"--tolerance {_AIM * apart:.2g} would decide"
 
@@ -169,7 +169,7 @@ def _met(
     reserve: str = "",
 ) -> str:
     met = f"{answer.value}, {reserve}; safety factor" if reserve else f"{answer.value}, safety factor"
-    if answer is not SurvivalAnswer.SURVIVES and governing.mode not in {"yielding", SHAKEDOWN}:
+    if answer is not SurvivalAnswer.SURVIVES and governing.mode not in {"yielding", LASTING_FLOW}:
         met = f"{answer.value}; least safety factor"
     if required is not None:
         met = f"meets the required safety factor of {required:g}:"

@@ -92,7 +92,7 @@ def test_the_headline_counts_what_flow_leads_to_and_the_table_first_yield(settle
 def test_elastic_leaves_flow_out(mesh, largest):
     found = summary_of(with_strength(0.97 * largest, elastic=True), mesh)
     assert found.plastic is None
-    assert found.survival.mode != "shakedown"
+    assert found.survival.mode != "lasting flow"
     assert {"plastic flow": "not asked for (elastic)"}.items() <= {
         note.topic: note.text for note in found.left_out
     }.items()

@@ -29,8 +29,7 @@ FAILS = {
     "cyclic plasticity": "flows to and fro in every turn",
     "ratcheting": "is deformed further in every turn",
     "plastic collapse": "collapses plastically",
-    "plastic flow": "flows, and does not settle",
-    "shakedown": "does not shake down",
+    "lasting flow": "does not shake down",
     "yielding of the bolts": "the bolts yield",
     "fatigue of the bolts": "the bolts fail by fatigue",
     "slip of the joint": "the joint slips",
@@ -45,12 +44,12 @@ REPORTED = {
 }
 # By what plastic flow does.
 FLOWS = {
-    "elastic": "shakedown",
-    "shakes down": "shakedown",
+    "elastic": "lasting flow",
+    "shakes down": "lasting flow",
     "cyclic": "cyclic plasticity",
     "ratchets": "ratcheting",
     "collapses": "plastic collapse",
-    "undecided": "plastic flow",
+    "undecided": "lasting flow",
 }
 BOLTS = ("yielding of the bolts", "fatigue of the bolts", "slip of the joint", "separation of the joint")
 # In what limits and runs differ: limits look at every few crank angles, to half a percent.
@@ -159,7 +158,7 @@ def _verdict(summary: dict) -> list[str]:
     open_ = [one for one in every if one.low < required <= one.high]
     judged = any(one.mode == "fatigue" for one in every)
     answer = "fails" if failing else "undecided" if open_ else "survives" if judged else "does not yield"
-    if answer == "does not yield" and any(one.mode == "shakedown" for one in every):
+    if answer == "does not yield" and any(one.mode == "lasting flow" for one in every):
         answer = "shakes down"
     worst = min(failing or open_ or every, key=lambda one: one.low)
     [own] = _known(verdict, "safety_factor", verdict["mode"])
