@@ -427,12 +427,6 @@ class SurvivalFigures(Figures):
     ends_at_load: WhereKnown[float] = None
 
 
-class SetFigures(Figures):
-    """``set_um``: what is left of the deformation without load, µm."""
-
-    length: float  #: by how much the bores are further apart; negative: closer
-
-
 class PlasticFigures(Figures):
     """``plastic``: what becomes of a rod whose elastic stress exceeds yield, turn by turn."""
 
@@ -442,11 +436,11 @@ class PlasticFigures(Figures):
     at_mm: Vector
     where: str  #: in words
     elements: int  #: of the whole rod that have flowed
-    elements_percent: float
     turns: int  #: in which something flowed
     cases: tuple[str, ...]  #: load cases or crank angles under which something flowed
     residual_MPa: float  #: principal stress of largest magnitude left there without load
-    set_um: SetFigures
+    #: What is left without load, µm: ``length``, by how much the bores are further apart (negative: closer)
+    set_um: Mapping[str, float]
     strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.figures import PlasticFigures, SetFigures
+from fea.analysis.figures import PlasticFigures
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.survival import LASTING_FLOW, OVER_REV
 from fea.base.checks import Check, check
 from fea.base.choices import SolverName
-from fea.base.note import Note, assumption, assumptions, doubt, omission
+from fea.base.note import Note, assumptions, doubt, omission
 from fea.base.units import DEG, UM
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor
@@ -89,10 +89,8 @@ def _loads(
     if cycle is not None and rpm is not None:
         worst = np.maximum(worst, cycle.envelope.von_mises)
         usage = np.where(cycle.counts, np.abs(cycle.envelope.usage), 0.0)
-        angles, which = np.unique(cycle.envelope.usage_angle[usage > _NEAR], return_inverse=True)
-        most = np.zeros(len(angles))
-        np.maximum.at(most, which, usage[usage > _NEAR])
-        angles = angles[np.sort(most.argsort()[-_INSTANTS:])]
+        ranked = cycle.envelope.usage_angle[np.argsort(-usage)[: np.count_nonzero(usage > _NEAR)]]
+        angles = np.sort(list(dict.fromkeys(ranked.tolist()))[:_INSTANTS])
         moved = rod.displacement(rpm, angles) if len(angles) else np.zeros((0, 3, 0))
         for number, angle in enumerate(angles):
             name = f"{angle / DEG:.0f}°"
@@ -140,49 +138,41 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         at_mm=vector(mesh.whole.points[followed.node]),
         where=where,
         elements=followed.elements,
-        elements_percent=100 * followed.elements / len(mesh.whole.tets),
         turns=flow.turns,
         cases=tuple(names[number] for number in flow.cases),
         residual_MPa=followed.residual,
-        set_um=SetFigures(length=followed.lengthening / UM),
+        set_um={"length": followed.lengthening / UM},
         strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, mode=mode, instant=case, place=where),
     )
 
 
-_ASSUMED = (
-    "no hardening, small strain, and what the pins press as in the elastic rod",
-    "load cases that follow one another by crank angle",
-)
-
-
 def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
     material = rod.materials[0]
-    yield from assumptions(FLOW, _ASSUMED)
-    if material.cyclic_yield is None:
-        yield assumption(
-            "assumed the yield strength in repeated loading, too (material.cyclic_yield_MPa)", FLOW
-        )
-    elif material.cyclic_estimated:
-        yield assumption(
-            f"assumed {material.cyclic_yield:.0f} MPa as cyclic yield strength (material.cyclic_yield_MPa; "
-            "uniform material law, Bäumel & Seeger 1990, quoted from memory)",
-            FLOW,
-        )
+    strength, key = "the yield strength in repeated loading, too", "material.cyclic_yield_MPa"
+    if material.cyclic_estimated and material.cyclic_yield is not None:
+        strength = f"{material.cyclic_yield:.0f} MPa as cyclic yield strength"
+        key += "; uniform material law, Bäumel & Seeger 1990, quoted from memory"
+    yield from assumptions(
+        FLOW,
+        (
+            "no hardening, small strain, and what the pins press as in the elastic rod",
+            "load cases that follow one another by crank angle",
+            *((f"{strength} ({key})",) if material.cyclic_estimated else ()),
+        ),
+    )
     if followed.flow.answer is PlasticAnswer.UNDECIDED:
         yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
 
 
 def _left_out(rod: PreparedRod) -> str:
     """Why the flow of a rod is not followed, as a rule; empty where it can be."""
-    if rod.options.elastic:
-        return "not asked for (elastic)"
-    if rod.assembling is not None or len(rod.materials) > 1:
-        return "not followed in rods of separate parts, whose contact it would change"
-    if rod.structure.soft:
-        return "not followed in mixed elements"
-    if rod.mesh.cell.order == 1:
-        return "first-order elements are too stiff for flow, which keeps the volume"
-    if rod.model.solver == SolverName.AMG:
-        return "it needs a direct solver"
-    return ""
+    reasons = {
+        "not asked for (elastic)": rod.options.elastic,
+        "not followed in rods of separate parts, whose contact it would change": rod.assembling is not None
+        or len(rod.materials) > 1,
+        "not followed in mixed elements": bool(rod.structure.soft),
+        "first-order elements are too stiff for flow, which keeps the volume": rod.mesh.cell.order == 1,
+        "it needs a direct solver": rod.model.solver == SolverName.AMG,
+    }
+    return next((why for why, applies in reasons.items() if applies), "")

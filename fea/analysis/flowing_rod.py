@@ -21,7 +21,6 @@ from geometry.surfaces import Surface
 _NEAR = 0.85
 # Times that the zone may grow, until nothing yields outside of it.
 _GROWTHS = 6
-_MIRRORED = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -47,18 +46,9 @@ class FlowingRod:
 
     @cached_property
     def displacements(self) -> list[Floats]:
-        """Displacement (n_halves, n_cell, 3) of each load, mm, the second half mirrored to the cell.
-
-        One half stands for both where all loads are symmetric about y = 0.
-        """
-        found = []
-        for displacement in self.loads.values():
-            u = displacement[self.nodes]
-            u[1:] *= _MIRRORED
-            found.append(u)
-        apart = max(np.abs(u[0] - u[-1]).max() for u in found)
-        largest = max(np.abs(u).max() for u in found)
-        return [u[:1] for u in found] if apart <= 1e-9 * largest else found
+        """Displacement (n_halves, n_cell, 3) of each load, mm, the second half mirrored to the cell."""
+        signs = np.array([[[1.0, 1.0, 1.0]], [[1.0, -1.0, 1.0]]])[: len(self.nodes)]
+        return [displacement[self.nodes] * signs for displacement in self.loads.values()]
 
     @cached_property
     def _counts(self) -> Mask:
@@ -69,8 +59,8 @@ class FlowingRod:
     @cached_property
     def nodal(self) -> Floats:
         """Largest elastic von Mises stress at the nodes of each element, (n_halves, n_elements), MPa."""
-        nodes, tets = self.nodes[: len(self.displacements[0])], self.rod.mesh.cell.tets
-        return np.asarray(np.where(self._counts, self.worst[nodes][:, tets].max(axis=-1), 0.0))
+        worst = self.worst[self.nodes][:, self.rod.mesh.cell.tets].max(axis=-1)
+        return np.asarray(np.where(self._counts, worst, 0.0))
 
     def _zone(self, elements: Mask, strength: float = 1.0) -> Zone:
         """Some elements (n_halves, n_elements); with a strength of 1, usage is stress."""

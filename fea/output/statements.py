@@ -28,6 +28,7 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
+from fea.output.flow_statements import flow, flow_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, hours_text, number, place, quantity
 
@@ -118,42 +119,6 @@ def _spot(spot: PlaceFigures) -> str:
 def _governing_edge(summary: Summary) -> SharpEdgeFigures | None:
     edges = () if summary.governing is None else summary.governing.sharp_edges or ()
     return next((edge for edge in edges if summary.survival.place == f"edge {edge.name}"), None)
-
-
-# What flow that does not end does, in words.
-_FOLLOWS = {
-    "cyclic": "to and fro in every turn",
-    "undecided": "without settling",
-    "ratchets": "further in every turn",
-    "collapses": "until no equilibrium is left",
-}
-
-
-def flow(summary: Summary) -> Iterator[str]:
-    """Yield what yielding leads to."""
-    if (found := summary.plastic) is None:
-        return
-    elements = "1 element" if found.elements == 1 else f"{found.elements} elements"
-    strain = f"{elements} by up to {number(100 * found.max_plastic_strain, '.2g')} %"
-    turns = "once" if found.turns == 1 else f"in {found.turns} turns"
-    settled = found.state not in _FOLLOWS
-    how = f"elastic from turn {found.turns + 1} on" if settled else _FOLLOWS[found.state]
-    yield f"Flows {f'{turns} ' if settled else ''}in {strain} ({found.where}), {how}."
-
-
-def flow_in_full(summary: Summary) -> Iterator[str]:
-    """Yield what yielding leads to, with what is left of it."""
-    yield from flow(summary)
-    if (found := summary.plastic) is None or found.state == "collapses":
-        return
-    left, longer = quantity(found.residual_MPa, "+.0f", "MPa"), found.set_um.length
-    moved = f"{quantity(abs(longer), '.2g', 'um')} {'longer' if longer > 0 else 'shorter'}"
-    yield (
-        f"Without load a stress of {left} is left there, and the rod is {moved} between the bores. It flows "
-        f"under {', '.join(found.cases)}, at a strength of {quantity(found.strength_MPa, '.0f', 'MPa')}."
-    )
-    if found.strain_per_turn:
-        yield f"In every turn {number(100 * found.strain_per_turn, '.2g')} % of plastic strain add up there."
 
 
 def head_gap(summary: Summary) -> Iterator[str]:

@@ -19,8 +19,6 @@ from geometry.arrays import Floats, Mask
 _MEMORY, _MOST_STEPS = 12, 400
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
-# Right-hand sides that are solved for at once, and the most that are.
-_AT_ONCE, _LARGEST = 64, 3000
 # Largest force out of balance, relative to the largest nodal force of the elements at yield.
 BALANCED = 3e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.
@@ -40,10 +38,7 @@ class ElasticBody:
     """
 
     def __init__(self, zone: Zone, solvers: Mapping[Parity, Solver]) -> None:
-        self._rows = (3 * zone.nodes[:, None] + np.arange(3)).ravel()
-        self._solvers = dict(solvers)
-        self._steps = 0  # solved one by one
-        self._condensed: dict[Parity, Floats] = {}
+        self._nodes, self._solvers = zone.nodes, dict(solvers)
 
     @property
     def halves(self) -> int:
@@ -52,51 +47,22 @@ class ElasticBody:
 
     def __call__(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_nodes, 3), mm, at the nodes of the zone under forces there, N."""
-        self._steps += 1
-        if not self._condensed and len(self._rows) < min(4 * self._steps, _LARGEST):  # cheaper from now on
-            self._condense()
-        parts = self._parts(forces)
-        if self._condensed:
-            moved = {parity: self._condensed[parity] @ part for parity, part in parts.items()}
-        else:
-            moved = {
-                parity: self._solved(parity, part[:, None])[self._rows] for parity, part in parts.items()
-            }
-        return self._halves(moved).reshape(forces.shape)
+        return self.everywhere(forces)[:, self._nodes]
 
     def everywhere(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_all_nodes, 3) of the whole cell, mm, likewise."""
-        parts = self._parts(forces).items()
-        moved = self._halves({parity: self._solved(parity, part[:, None])[:, 0] for parity, part in parts})
-        return moved.reshape(self.halves, -1, 3)
-
-    def _parts(self, forces: Floats) -> dict[Parity, Floats]:
-        flat = forces.reshape(len(forces), -1)
         if self.halves == 1:
-            return dict.fromkeys(self._solvers, flat[0])
-        return {Parity.SYMMETRIC: (flat[0] + flat[1]) / 2, Parity.ANTISYMMETRIC: (flat[0] - flat[1]) / 2}
-
-    def _halves(self, parts: Mapping[Parity, Floats]) -> Floats:
-        if self.halves == 1:
-            return np.stack(list(parts.values()))
-        even, odd = parts[Parity.SYMMETRIC], parts[Parity.ANTISYMMETRIC]
+            return self._solved(Parity.SYMMETRIC, forces[0])[None]
+        even = self._solved(Parity.SYMMETRIC, (forces[0] + forces[1]) / 2)
+        odd = self._solved(Parity.ANTISYMMETRIC, (forces[0] - forces[1]) / 2)
         return np.stack([even + odd, even - odd])
 
     def _solved(self, parity: Parity, forces: Floats) -> Floats:
-        """Displacements (n, k) of the whole cell under forces (n_rows, k) in the zone."""
         fixed, solve = self._solvers[parity]
-        sides = np.zeros((len(fixed), forces.shape[1]))
-        sides[self._rows] = forces
-        sides[fixed] = 0.0
-        u = solve(sides)
-        u[fixed] = 0.0
-        return u
-
-    def _condense(self) -> None:
-        units = np.eye(len(self._rows))
-        for parity in self._solvers:
-            some = (units[:, first : first + _AT_ONCE] for first in range(0, len(units), _AT_ONCE))
-            self._condensed[parity] = np.hstack([self._solved(parity, part)[self._rows] for part in some])
+        sides = np.zeros((len(fixed) // 3, 3))
+        sides[self._nodes] = forces
+        sides = np.where(fixed, 0.0, sides.ravel())
+        return np.where(fixed, 0.0, solve(sides[:, None])[:, 0]).reshape(-1, 3)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from fea.analysis.result import run_result
 from fea.base.choices import Element, Symmetry
 from fea.base.material import estimated_cyclic_yield
 from fea.machine.clock import Clock
-from fea.output.statements import flow, flow_in_full
+from fea.output.flow_statements import flow, flow_in_full
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ForcesTable
 from geometry.errors import InvalidValue
@@ -136,7 +136,7 @@ def test_halves_flow_as_in_a_rod_that_is_not_cut(rod, solved, largest, mesh):
     uncut = summary_of(half, adaptive_mesh(half, Clock())).plastic
     assert by_halves.state == uncut.state
     assert by_halves.max_plastic_strain == pytest.approx(uncut.max_plastic_strain, rel=0.02)
-    assert by_halves.set_um.length == pytest.approx(uncut.set_um.length, rel=0.05, abs=1e-3)
+    assert by_halves.set_um["length"] == pytest.approx(uncut.set_um["length"], rel=0.05, abs=1e-3)
     assert by_halves.elements == pytest.approx(uncut.elements, abs=4)
 
 

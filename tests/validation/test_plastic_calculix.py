@@ -1,8 +1,8 @@
 """Plastic flow of a hollow sphere against CalculiX's *PLASTIC on the same mesh with the same nodal forces.
 
-CalculiX integrates the ten-node tetrahedron at the same four points, but does not project
-the volumetric strain. With elements of this size it widens by the exact value within 0.2 % as long as most of the sphere is elastic;
-this program, one pressure for each element, by 2.5 % more, and less on finer meshes.
+CalculiX integrates the ten-node tetrahedron at the same four points, but does not project the volumetric
+strain. With elements of this size it widens by the exact value within 0.2 % as long as most of the sphere is
+elastic; this program, one pressure for each element, by 2.5 % more, and less on finer meshes.
 """
 
 import shutil
