@@ -1,16 +1,16 @@
 """What yielding leads to: whether a rod that flows settles, and up to which multiple of its loads."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import PlasticFigures
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.analysis.survival import LASTING_FLOW, OVER_REV
-from fea.base.checks import Check, check
+from fea.base.checks import check
 from fea.base.choices import SolverName
 from fea.base.note import Note, assumptions, doubt, omission
 from fea.base.units import DEG, UM
@@ -29,72 +29,60 @@ _MODES = {
 }
 # Halvings of the interval in which the multiple lies up to which a rod settles.
 _HALVINGS = 3
-# Of a cycle, at most so many instants beside the load cases: those at which a place with this share of the
-# yield strength is worst.
-_INSTANTS, _NEAR = 12, 0.9
+# Of a cycle, at most so many instants beside the load cases, so far apart, rad: those at which a place with
+# this share of the yield strength is worst.
+_INSTANTS, _APART, _NEAR = 12, 5 * DEG, 0.9
 
 
-@dataclass(frozen=True)
-class PlasticResult:
-    """What yielding leads to at one speed."""
-
-    figures: PlasticFigures | None  #: None where it is left out
-    checks: Mapping[str, Check]
-    notes: tuple[Note, ...]
-
-
-def plastic_flow(
-    rod: PreparedRod, rpm: float | None, cases: Mapping[str, CaseResult], cycle: CycleResult | None = None
-) -> PlasticResult | None:
+def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     """Follow the flow of a rod over its load cases, with a cycle over its worst instants, too.
 
-    None where nothing yields. The yield strength comes first: what does not settle there does not with a
-    smaller one, so that the cyclic yield strength is followed only where it does.
+    Nothing is done where nothing yields. The yield strength comes first: what does not settle there does not
+    with a smaller one, so that the cyclic yield strength is followed only where it does.
     """
-    acting = [case for case in cases.values() if case.load.largest_force > 0]
+    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
     if not acting or max(case.worst.value for case in acting) <= 1:
-        return None
+        return static
     if why := _left_out(rod):
-        return PlasticResult(None, {}, (omission(FLOW, why),))
-    loads, worst = _loads(rod, rpm, acting, cycle)
-    material = rod.materials[0]
-    flowing = FlowingRod(rod, loads, worst, acting[0].counts)
-    strength = material.yield_strength
-    followed = flowing.follow(strength)
-    if followed.settles and material.flow_strength < strength:
-        followed = flowing.follow(material.flow_strength)
-    # What whole sections carry is balanced better than the peaks that the bar belongs to.
-    bar = 0.0 if followed.flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
-    multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
-    flow = followed.flow
+        return replace(static, notes=(*static.notes, omission(FLOW, why)))
+    material, strength = rod.materials[0], rod.materials[0].yield_strength
+    with rod.clock("plastic flow"):
+        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        followed = flowing.follow(strength)
+        if followed.settles and material.flow_strength < strength:
+            followed = flowing.follow(material.flow_strength)
+        flow = followed.flow
+        # What whole sections carry is balanced better than the peaks that the bar belongs to.
+        bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
+        multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
     values = {
         "plastic_equilibrium": flow.unbalanced,
         "plastic_yield": max(0.0, flow.beyond_yield),
         "plastic_dissipation": max(0.0, -flow.least_dissipation),
     }
-    return PlasticResult(
-        figures=_figures(followed, multiple, bar),
-        checks={name: check(name, value) for name, value in values.items()},
-        notes=tuple(_notes(rod, followed)),
-    )
+    checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
+    notes = (*static.notes, *_notes(rod, followed))
+    return replace(static, checks=checks, notes=notes, plastic=_figures(followed, multiple, bar))
 
 
 def _loads(
-    rod: PreparedRod, rpm: float | None, cases: Sequence[CaseResult], cycle: CycleResult | None
+    rod: PreparedRod, static: SpeedResult, cases: Sequence[CaseResult]
 ) -> tuple[dict[str, Floats], Floats]:
     """Displacements of the whole rod in the order in which they act, and the largest stress at its nodes."""
     at = {case.load.name: float(np.nan_to_num(case.load.crank_angle, nan=np.inf)) for case in cases}
     loads = {case.load.name: case.displacement for case in cases}
     worst = np.max([case.von_mises for case in cases], axis=0)
-    if cycle is not None and rpm is not None:
-        worst = np.maximum(worst, cycle.envelope.von_mises)
-        usage = np.where(cycle.counts, np.abs(cycle.envelope.usage), 0.0)
-        ranked = cycle.envelope.usage_angle[np.argsort(-usage)[: np.count_nonzero(usage > _NEAR)]]
-        angles = np.sort(list(dict.fromkeys(ranked.tolist()))[:_INSTANTS])
-        moved = rod.displacement(rpm, angles) if len(angles) else np.zeros((0, 3, 0))
+    if static.cycle is not None and static.rpm is not None:
+        envelope, angles = static.cycle.envelope, list[float]()
+        worst = np.maximum(worst, envelope.von_mises)
+        usage = np.where(static.cycle.counts, np.abs(envelope.usage), 0.0)
+        for angle in envelope.usage_angle[np.argsort(-usage)[: np.count_nonzero(usage > _NEAR)]].tolist():
+            if len(angles) < _INSTANTS and all(abs(angle - other) > _APART for other in angles):
+                angles.append(angle)
+        moved = rod.displacement(static.rpm, np.array(angles)) if angles else worst
         for number, angle in enumerate(angles):
             name = f"{angle / DEG:.0f}°"
-            loads[name], at[name] = moved[..., number], float(angle)
+            loads[name], at[name] = moved[..., number], angle
     if len(loads) == 1:  # it comes and goes
         loads["no load"], at["no load"] = 0 * cases[0].displacement, np.inf
     return {name: loads[name] for name in sorted(loads, key=at.__getitem__)}, worst
@@ -127,10 +115,8 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
 
 def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
-    names = list(rod.loads)
-    where = place_name(mesh, followed.node)
-    mode = _MODES.get(flow.answer, LASTING_FLOW)
-    case = names[flow.cases[0]] if flow.cases else ""
+    names, where = list(rod.loads), place_name(mesh, followed.node)
+    named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
     return PlasticFigures(
         state=flow.answer.value,
         max_plastic_strain=float(flow.strain.max()),
@@ -143,7 +129,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         residual_MPa=followed.residual,
         set_um={"length": followed.lengthening / UM},
         strength_MPa=float(followed.zone.strength[0, 0]),
-        settling_factor=SafetyFactor.of_stress(multiple, bar, mode=mode, instant=case, place=where),
+        settling_factor=SafetyFactor.of_stress(multiple, bar, instant=names[flow.cases[0]], **named),
     )
 
 

@@ -21,7 +21,7 @@ from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.figures import PassFigures
 from fea.analysis.film import films_at
-from fea.analysis.flow import plastic_flow
+from fea.analysis.flow import with_flow
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
@@ -272,16 +272,6 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         found = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
     return replace(static, checks=checks, notes=notes, cycle=found)
-
-
-def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
-    """Follow the plastic flow at a speed whose load cases are solved, where their stress exceeds yield."""
-    with rod.clock("plastic flow"):
-        found = plastic_flow(rod, static.rpm, static.cases, static.cycle)
-    if found is None:
-        return static
-    checks, notes = {**static.checks, **found.checks}, (*static.notes, *found.notes)
-    return replace(static, checks=checks, notes=notes, plastic=found.figures)
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

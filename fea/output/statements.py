@@ -13,6 +13,7 @@ from fea.analysis.figures import (
     Summary,
     SurfaceFigures,
 )
+from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
@@ -69,7 +70,7 @@ def basis(summary: Summary) -> Iterator[str]:
     if survival.stands_on is None or survival.ends_at_load is None:
         return
     more = f"{survival.ends_at_load:.2f}"
-    until = "ends where" if summary.assembly is None else "holds at least until"
+    until = "holds at least until" if summary.assembly or survival.mode == LASTING_FLOW else "ends where"
     ends = f"it {until} all loads are {more} times as large"
     if summary.rpm:
         rpm = 10 * round(sqrt(survival.ends_at_load) * summary.rpm / 10)

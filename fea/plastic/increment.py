@@ -39,11 +39,7 @@ class ElasticBody:
 
     def __init__(self, zone: Zone, solvers: Mapping[Parity, Solver]) -> None:
         self._nodes, self._solvers = zone.nodes, dict(solvers)
-
-    @property
-    def halves(self) -> int:
-        """Number of halves of the body that differ."""
-        return len(self._solvers)
+        self.halves = len(self._solvers)
 
     def __call__(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_nodes, 3), mm, at the nodes of the zone under forces there, N."""

@@ -62,11 +62,6 @@ class Zone:
         return cls(nodes, half, element, corners, gradients, gauss.volumes, mu, bulk, strength[:, None])
 
     @property
-    def size(self) -> int:
-        """Number of elements."""
-        return len(self.element)
-
-    @property
     def virgin(self) -> Floats:
         """Plastic strain (n_elements, n_points, 6) before anything has flowed."""
         return np.zeros((*self.volumes.shape, 6))
@@ -127,7 +122,7 @@ class Zone:
 
     def forces(self, stress: Floats, n_halves: int) -> Floats:
         """Nodal forces (n_halves, n_nodes, 3), N, of a stress (n_elements, n_points, 6): ∫ ∇N · σ dV."""
-        tensor = matrices(stress * self.volumes[..., None]).reshape(self.size, -1, 3)
+        tensor = matrices(stress * self.volumes[..., None]).reshape(len(self.element), -1, 3)
         of_element = self.gradients.swapaxes(1, 2) @ tensor
         return np.asarray((self._sum @ of_element.reshape(-1, 3))[: n_halves * len(self.nodes)]).reshape(
             n_halves, -1, 3

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fea import load_study
-from fea.analysis.flow import plastic_flow
+from fea.analysis.flow import with_flow
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed, with_cycle
 from fea.analysis.result import run_result
@@ -145,19 +145,20 @@ def test_a_given_force_comes_and_goes(mesh):
     rod = prepare(given, mesh=mesh)
     (case,) = solve_speed(rod, None).cases.values()
     weak = prepare(with_strength(0.9 * case.max_von_mises, study=given), mesh=mesh)
-    found = plastic_flow(weak, None, solve_speed(weak, None).cases).figures
+    found = with_flow(weak, solve_speed(weak, None)).plastic
     assert found.state == "shakes down"
     assert found.cases == ("given",)
 
 
 def test_what_is_left_out_says_why(rod, solved):
-    weak = {name: replace(case, of_rod=case.of_rod / 2) for name, case in solved.cases.items()}
-    found = plastic_flow(replace(rod, assembling=object()), RPM, weak)
-    assert found.figures is None
-    assert "separate parts" in found.notes[0].text
+    cases = {name: replace(case, of_rod=case.of_rod / 2) for name, case in solved.cases.items()}
+    weak = replace(solved, cases=cases)
+    found = with_flow(replace(rod, assembling=object()), weak)
+    assert found.plastic is None
+    assert "separate parts" in found.notes[-1].text
     linear = replace(STUDY, mesh=replace(STUDY.mesh, element=Element.P1))
     first_order = prepare(replace(linear, analysis=replace(linear.analysis, pressure="cosine-180")))
-    assert "first-order" in plastic_flow(first_order, RPM, weak).notes[0].text
+    assert "first-order" in with_flow(first_order, weak).notes[-1].text
 
 
 def test_the_cyclic_curve_gives_the_cyclic_strength():
@@ -192,7 +193,7 @@ def test_cycles_add_the_instants_that_are_near_yield(mesh, monkeypatch):
     monkeypatch.setattr("fea.analysis.flow.FlowingRod", captured)
     weak = {name: replace(case, of_rod=case.of_rod / 2) for name, case in found.cases.items()}
     with pytest.raises(InterruptedError):
-        plastic_flow(rod, RPM, weak, found.cycle)
+        with_flow(rod, replace(found, cases=weak))
     assert set(found.cases) < set(names)
     assert 0 < len(names) - len(found.cases) <= 12
     assert names.index("tension") < names.index("compression")
