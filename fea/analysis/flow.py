@@ -48,6 +48,9 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     material, strength = rod.materials[0], rod.materials[0].yield_strength
     with rod.clock("plastic flow"):
         flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        if flowing.nodal.max() <= strength:
+            why = "what yields lies beside places where the exact stress is infinite"
+            return replace(static, notes=(*static.notes, omission(FLOW, why)))
         followed = flowing.follow(strength)
         if followed.settles and material.flow_strength < strength:
             followed = flowing.follow(material.flow_strength)
@@ -116,6 +119,7 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
 def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
     names, where = list(rod.loads), place_name(mesh, followed.node)
+    case = names[flow.cases[0]] if flow.cases else ""
     named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
     return PlasticFigures(
         state=flow.answer.value,
@@ -129,7 +133,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         residual_MPa=followed.residual,
         set_um={"length": followed.lengthening / UM},
         strength_MPa=float(followed.zone.strength[0, 0]),
-        settling_factor=SafetyFactor.of_stress(multiple, bar, instant=names[flow.cases[0]], **named),
+        settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
     )
 
 

@@ -159,7 +159,8 @@ class FollowedFlow:
     @property
     def node(self) -> int:
         """Node of the whole rod where most has flowed: of that element, the most stressed one."""
-        element = int(self.flow.strain.max(axis=1).argmax())
+        stress = self.rod.nodal[self.zone.half, self.zone.element]  # decides where nothing has flowed yet
+        element = int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax())
         nodes = self.rod.nodes[self.zone.half[element]][self.zone.nodes[self.zone.corners[element]]]
         return int(nodes[self.rod.worst[nodes].argmax()])
 

@@ -132,10 +132,8 @@ class Zone:
     def _sum(self) -> sparse.csr_array:
         """Sums over elements (2 n_nodes, n_elements n_local), of either half."""
         place = (self.half[:, None] * len(self.nodes) + self.corners).ravel()
-        shape = (2 * len(self.nodes), place.size)
-        return sparse.csr_array(
-            sparse.coo_array((np.ones(place.size), (place, np.arange(place.size))), shape)
-        )
+        entries = np.ones(place.size), (place, np.arange(place.size))
+        return sparse.csr_array(sparse.coo_array(entries, shape=(2 * len(self.nodes), place.size)))
 
     def dissipation(self, stress: Floats, flow: Floats) -> float:
         """Work, mJ, of a stress on an increment of plastic strain, both (n_elements, n_points, 6)."""
