@@ -126,6 +126,18 @@ def test_the_mean_stress_that_flow_leaves_is_one_for_each_element(sphere):
     assert np.ptp(mean, axis=1).max() < 1e-9 * YIELD
 
 
+def test_the_forces_on_the_elastic_body_are_those_of_the_stress(sphere):
+    # ∫ ∇N · σ dV of the stress with its projection is K u less the forces that stand for plastic strain.
+    zone, mesh = sphere.zone, sphere.mesh
+    u = np.random.default_rng(62).normal(0, 1e-3, (1, *mesh.points.shape))
+    plastic = np.random.default_rng(63).normal(0, 1e-3, (*zone.volumes.shape, 6))
+    plastic[..., :3] -= plastic[..., :3].mean(axis=-1, keepdims=True)
+    K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
+    wanted = zone.forces(zone.stress(0 * u, u, plastic), 1)
+    found = (K @ u.ravel()).reshape(u.shape) - zone.initial_forces(u, plastic)
+    assert found == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+
+
 def test_a_material_that_is_too_strong_never_flows(sphere):
     zone = replace(sphere.zone, strength=1e3 * sphere.zone.strength)
     assert cycled(zone, sphere.body, [YIELD * sphere.unit]).answer is PlasticAnswer.ELASTIC
