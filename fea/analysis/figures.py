@@ -500,6 +500,25 @@ class SurvivalFigures(Figures):
     ends_at_load: WhereKnown[float] = None
 
 
+class PlasticFigures(Figures):
+    """``plastic``: what becomes of a rod whose elastic stress exceeds yield, turn by turn."""
+
+    state: str  #: a `fea.plastic.cycling.PlasticAnswer`
+    max_plastic_strain: float  #: at the end of the last turn that was followed
+    strain_per_turn: float  #: plastic strain of a turn added up, where flow does not end; else 0
+    at_mm: Vector
+    where: str  #: in words
+    elements: int  #: of the whole rod that have flowed
+    turns: int  #: in which something flowed
+    cases: tuple[str, ...]  #: load cases or crank angles under which something flowed
+    residual_MPa: float  #: principal stress of largest magnitude left there without load
+    #: What is left without load, µm: ``length``, by how much the bores are further apart (negative: closer)
+    set_um: Mapping[str, float]
+    strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
+    #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
+    settling_factor: SafetyFactor
+
+
 class PassFigures(Figures):
     """One mesh of a refinement."""
 
@@ -720,6 +739,7 @@ class Summary(Figures):
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
+    plastic: WhereKnown[PlasticFigures] = None  #: where the elastic stress exceeds yield and flow is followed
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None
     checks: Mapping[str, Check]

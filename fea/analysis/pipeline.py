@@ -9,7 +9,7 @@
 | judge, check | `judge` compares it with the strengths, `speed_checks`   | `fea.judge`, `fea.base.checks` |
 | refine       | `refined_rod` repeats this where the error is too large  | `fea.analysis.refinement`      |
 
-`RefinedRod.at` adds the whole crank cycle and the oil films where they are asked for.
+`RefinedRod.at` adds plastic flow where something yields, and cycle and oil films that are asked for.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,6 +21,7 @@ from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.figures import PassFigures
 from fea.analysis.film import films_at
+from fea.analysis.flow import with_flow
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
@@ -67,6 +68,7 @@ class RefinedRod:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
+        result = with_flow(self.rod, result)
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
         return result if self.shortfall is None else replace(result, notes=(*result.notes, self.shortfall))

@@ -3,7 +3,14 @@
 from collections.abc import Mapping, Sequence
 from math import isfinite
 
-from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
+from fea.analysis.figures import (
+    AssemblyFigures,
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    PlasticFigures,
+    SurvivalFigures,
+)
 from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, printed
 
@@ -14,7 +21,7 @@ _AIM = 0.9
 # A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
 _SLIDING = 1e-3
 _FAILS: Mapping[str, str] = shipped_toml("base/failures.toml")["run"]
-FATIGUE = "fatigue"
+FATIGUE, LASTING_FLOW = "fatigue", "lasting flow"
 # Ordinary scatter: an engine is turned 10 % beyond its speed by a missed shift, so that inertia grows by the
 # square of that; single cycles have a peak pressure of 15 % more than the mean, three times the 5 % by which
 # peaks scatter in steady running (Heywood 1988, §9.4.1).
@@ -27,20 +34,24 @@ def factors(
     buckling: BucklingFigures,
     envelope: CycleFigures | None,
     assembly: AssemblyFigures | None = None,
+    plastic: PlasticFigures | None = None,
 ) -> list[SafetyFactor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
+
+    Where plastic flow was followed, what it leads to takes the place of first yield.
 
     At a sharp edge the structural stress counts. The bar of the whole cycle is that of the smallest factor of
     its load cases, that of fatigue the bar of the factor between them; buckling, bolts and joint have none.
     """
-    found = [case.min_safety_factor.against("yielding", name) for name, case in results.items()]
+    first_yield = [case.min_safety_factor.against("yielding", name) for name, case in results.items()]
+    found = first_yield if plastic is None else [plastic.settling_factor]
     found += [
         edge.safety_factor.against("yielding", name, f"edge {edge.name}")
         for name, case in results.items()
         for edge in case.sharp_edges or ()
     ]
     if envelope is not None:
-        found.append(envelope.min_safety_factor.against("yielding"))
+        found += [] if plastic else [envelope.min_safety_factor.against("yielding")]
         if envelope.min_fatigue_safety_factor is not None:
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
     if buckling.min_safety_factor is not None:
@@ -97,11 +108,13 @@ def survival(
     if failed:
         answer, text = SurvivalAnswer.FAILS, _failed(failed, required, fatigue_at_most)
     elif undecided:
-        remedy = _remedy(governing, least, given_mesh=given_mesh)
+        remedy = _remedy(governing, least, given_mesh=given_mesh or governing.mode == LASTING_FLOW)
         answer = SurvivalAnswer.UNDECIDED
         text = f"undecided, safety factor {governing.named} includes {least:g}; {remedy}"
     else:
-        answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else SurvivalAnswer.NOT_JUDGED
+        flowed = any(factor.mode == LASTING_FLOW for factor in counted)
+        answer = SurvivalAnswer.SHAKES_DOWN if flowed else SurvivalAnswer.NOT_JUDGED
+        answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else answer
         reserve = _no_reserve(governing, least) if answer is SurvivalAnswer.SURVIVES else ""
         text = _met(counted, governing, answer, required, reserve)
     if not judged:
@@ -143,7 +156,7 @@ def _most(bound: SafetyFactor | None) -> str:
 
 def _remedy(governing: SafetyFactor, least: float, *, given_mesh: bool) -> str:
     apart = 100 * abs(governing / least - 1)
-    if apart < _CLOSEST_PERCENT:
+    if apart < _CLOSEST_PERCENT and governing.mode != LASTING_FLOW:
         return f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
     return "a finer mesh may decide" if given_mesh else f"--tolerance {_AIM * apart:.2g} would decide"
 
@@ -156,7 +169,7 @@ def _met(
     reserve: str = "",
 ) -> str:
     met = f"{answer.value}, {reserve}; safety factor" if reserve else f"{answer.value}, safety factor"
-    if answer is SurvivalAnswer.NOT_JUDGED and governing.mode != "yielding":
+    if answer is not SurvivalAnswer.SURVIVES and governing.mode not in {"yielding", LASTING_FLOW}:
         met = f"{answer.value}; least safety factor"
     if required is not None:
         met = f"meets the required safety factor of {required:g}:"

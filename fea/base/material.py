@@ -92,6 +92,10 @@ class Material:
     #: the S–N line of polished specimens, if known: none of the factors is contained in it
     basquin: Basquin | None = None
     coffin_manson: CoffinManson | None = None  #: its plastic strain over life, if known
+    #: cyclic_yield, cyclic_estimated: 0.2 % yield strength in repeated loading, MPa, if known; whether it was
+    #: estimated from S_u instead of tests
+    cyclic_yield: float | None = None
+    cyclic_estimated: bool = False
     #: Whether it lines a bore: where a bushing or a bearing shell yields it settles, which does not end a rod
     lining: bool = False
     support: bool = False  #: whether the gradient of stress raises the endurance limit at the surface
@@ -118,6 +122,11 @@ class Material:
     def without_lambda(self) -> "Material":
         """Return the material with the same μ and λ = 0: its stress is 2 μ ε."""
         return replace(self, youngs_modulus=2 * self.shear_modulus, poissons_ratio=0.0)
+
+    @property
+    def flow_strength(self) -> float:
+        """The smaller of yield and cyclic yield strength, MPa: that of metals which soften is the latter."""
+        return min(self.yield_strength, self.cyclic_yield or self.yield_strength)
 
     @property
     def lame_lambda(self) -> float:
@@ -254,3 +263,14 @@ def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
     if not is_steel(youngs_modulus):
         return None
     return min(_STEEL_RATIO * ultimate, _STEEL_LIMIT)
+
+
+# Cyclic curve σ_a = K′ ε_p^n′ by Bäumel & Seeger's uniform material law (1990): K′ over the ultimate
+# strength, and n′, of steels and of aluminium and titanium alloys. From memory: the source was not read.
+_STEEL_CURVE, _LIGHT_CURVE, YIELD_STRAIN = (1.65, 0.15), (1.61, 0.11), 0.002
+
+
+def estimated_cyclic_yield(ultimate: float, youngs_modulus: float) -> float:
+    """0.2 % yield strength, MPa, in repeated loading, of a metal of ultimate strength and modulus in MPa."""
+    ratio, exponent = _STEEL_CURVE if is_steel(youngs_modulus) else _LIGHT_CURVE
+    return float(ratio * ultimate * YIELD_STRAIN**exponent)

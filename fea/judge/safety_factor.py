@@ -13,6 +13,7 @@ class SurvivalAnswer(StrEnum):
 
     SURVIVES = "survives"
     NOT_JUDGED = "does not yield"  # every factor that is known suffices, but fatigue is not judged
+    SHAKES_DOWN = "shakes down"  # likewise, of a rod that flows at first
     UNDECIDED = "undecided"
     FAILS = "fails"
 

@@ -14,6 +14,7 @@ from fea.analysis.figures import (
     Summary,
     SurfaceFigures,
 )
+from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
@@ -29,6 +30,7 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
+from fea.output.flow_statements import flow, flow_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, hours_text, number, place, quantity
 
@@ -69,7 +71,7 @@ def basis(summary: Summary) -> Iterator[str]:
     if survival.stands_on is None or survival.ends_at_load is None:
         return
     more = f"{survival.ends_at_load:.2f}"
-    until = "ends where" if summary.assembly is None else "holds at least until"
+    until = "holds at least until" if summary.assembly or survival.mode == LASTING_FLOW else "ends where"
     ends = f"it {until} all loads are {more} times as large"
     if summary.rpm:
         rpm = 10 * round(sqrt(survival.ends_at_load) * summary.rpm / 10)
@@ -427,6 +429,7 @@ STATEMENTS = (
     Statement(failed_checks, failed_checks),
     Statement(basis, basis, "results"),
     Statement(governs, governs),
+    Statement(flow, flow_in_full, "results"),
     Statement(life, life, "fatigue"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),

@@ -11,11 +11,13 @@ import numpy as np
 from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
+    YIELD_STRAIN,
     Basquin,
     CoffinManson,
     Marin,
     Material,
     SurfaceFinish,
+    estimated_cyclic_yield,
     estimated_endurance,
     finish_factor,
     is_steel,
@@ -106,6 +108,7 @@ def library_material(where: str, name: str) -> LibraryMaterial:
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
 _DUCTILITY = ("fatigue_ductility_coefficient", "fatigue_ductility_exponent")
+_CURVE = ("cyclic_strength_coefficient_MPa", "cyclic_strength_exponent")
 SN_KEYS = (*_LINE, *_TESTS)
 # Of metals b is −0.05 to −0.15; a line that is flatter or steeper than these has another unit or sign.
 _FLATTEST, _STEEPEST = -0.02, -0.5
@@ -152,6 +155,13 @@ class MaterialTable(StudyTable, table="material"):
     nu: float | None = key("0.28", "Poisson's ratio", stated=True)
     density_kg_m3: float | None = key("7700.0", stated=True)
     yield_MPa: float | None = key("620.4", stated=True)
+    cyclic_yield_MPa: Positive | None = key(
+        "480.0", "0.2 % yield strength in repeated loading; default: by the ultimate strength"
+    )
+    cyclic_strength_coefficient_MPa: Positive | None = key(
+        "1655.0", "instead: K' of the cyclic curve K' e^n'", needs=_CURVE[1]
+    )
+    cyclic_strength_exponent: float | None = key("0.131", "n' of that curve", within(0, 1), needs=_CURVE[0])
     ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
     endurance_MPa: Positive | None = key(
         "360.0", "of polished specimens, fully reversed tension; default for steel: 0.425 times the ultimate"
@@ -248,6 +258,8 @@ class MaterialTable(StudyTable, table="material"):
             basquin=table.basquin(),
             support=table.supported(),
             coffin_manson=None if None in ductility else CoffinManson(*ductility),
+            cyclic_yield=table.cyclic_yield(modulus),
+            cyclic_estimated=table.cyclic_yield_MPa is None and table.cyclic_strength_exponent is None,
         )
 
     def supported(self) -> bool:
@@ -261,6 +273,21 @@ class MaterialTable(StudyTable, table="material"):
         rule = 'cannot be combined with size_mm or loading = "bending", which contain it'
         require(not (bent and self.support), "material.support", self.support, rule, remedy)
         return self.support
+
+    def cyclic_yield(self, modulus: float) -> float | None:
+        """Return the cyclic yield strength, MPa, given or estimated; None where neither is possible.
+
+        Raises `InvalidValue`: it is given twice.
+        """
+        coefficient, exponent = self.cyclic_strength_coefficient_MPa, self.cyclic_strength_exponent
+        given, rule = self.cyclic_yield_MPa, f"cannot be combined with {' and '.join(_CURVE)}"
+        once = given is None or coefficient is None
+        require(once, "material.cyclic_yield_MPa", given, rule, "Keep one of them.")
+        if coefficient is not None and exponent is not None:
+            return float(coefficient * YIELD_STRAIN**exponent)
+        if given is not None or self.ultimate_MPa is None:
+            return given
+        return estimated_cyclic_yield(self.ultimate_MPa, modulus)
 
     def basquin(self) -> Basquin | None:
         """Return the S–N line, or None. Raises `InvalidValue`: given twice, or not falling."""

@@ -112,6 +112,7 @@ class AnalysisTable(StudyTable, table="analysis"):
         stated=False,
     )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
+    elastic: bool = switch("leave out plastic flow: what exceeds the yield strength fails", "elastic")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
     tolerance_percent: NotNegative | None = key(
         "2",

@@ -10,14 +10,14 @@ import numpy as np
 from fea.machine.clock import Listener
 from fea.output.plots.figure import log_ticks, new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow, compute_rows
-from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
+from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems, plasticity
 from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # The modules whose import fills `CASES`.
-MODULES = (assemblies, contact, dynamics, elasticity, film, friction, nafems)
+MODULES = (assemblies, contact, dynamics, elasticity, film, friction, nafems, plasticity)
 
 
 def verify(names: Sequence[str] = (), listener: Listener | None = None) -> list[BenchmarkRow]:

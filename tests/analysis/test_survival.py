@@ -26,6 +26,45 @@ def buckles(value):
 SOUND = fatigue(9.0)
 
 
+def flows(value, mode):
+    return SafetyFactor(value, mode=mode, instant="tension", place="shank")
+
+
+@pytest.mark.parametrize(
+    ("found", "judged", "answer", "text"),
+    [
+        (
+            flows(1.3, "lasting flow"),
+            True,
+            "survives",
+            "survives, safety factor 1.30 (tension, shank) against lasting flow",
+        ),
+        (
+            flows(1.3, "lasting flow"),
+            False,
+            "shakes down",
+            "shakes down, safety factor 1.30 (tension, shank) against lasting flow; fatigue is not judged",
+        ),
+        (
+            flows(0.7, "cyclic plasticity"),
+            True,
+            "fails",
+            "flows to and fro in every turn, safety factor 0.70 (tension, shank)",
+        ),
+        (
+            flows(0.9, "plastic collapse"),
+            True,
+            "fails",
+            "collapses plastically, safety factor 0.90 (tension, shank)",
+        ),
+    ],
+)
+def test_what_flow_leads_to_takes_the_place_of_first_yield(found, judged, answer, text):
+    verdict = survival([found, *([SOUND] if judged else [])])
+    assert verdict.answer == answer
+    assert verdict.text == text
+
+
 @pytest.mark.parametrize(
     ("found", "required", "answer", "text"),
     [

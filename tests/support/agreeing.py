@@ -26,6 +26,10 @@ FAILS = {
     "yielding": "yields",
     "fatigue": "fails by fatigue",
     "buckling": "buckles",
+    "cyclic plasticity": "flows to and fro in every turn",
+    "ratcheting": "is deformed further in every turn",
+    "plastic collapse": "collapses plastically",
+    "lasting flow": "does not shake down",
     "yielding of the bolts": "the bolts yield",
     "fatigue of the bolts": "the bolts fail by fatigue",
     "slip of the joint": "the joint slips",
@@ -34,8 +38,18 @@ FAILS = {
 REPORTED = {
     "survives": ("The rod survives", "The rod meets"),
     "does not yield": ("The rod does not yield", "The rod meets"),
+    "shakes down": ("The rod flows at first and is elastic then", "The rod meets"),
     "fails": ("The rod does not survive", "The rod does not meet"),
     "undecided": ("Undecided", "Undecided"),
+}
+# By what plastic flow does.
+FLOWS = {
+    "elastic": "lasting flow",
+    "shakes down": "lasting flow",
+    "cyclic": "cyclic plasticity",
+    "ratchets": "ratcheting",
+    "collapses": "plastic collapse",
+    "undecided": "lasting flow",
 }
 BOLTS = ("yielding of the bolts", "fatigue of the bolts", "slip of the joint", "separation of the joint")
 # In what limits and runs differ: limits look at every few crank angles, to half a percent.
@@ -108,13 +122,15 @@ def _known(found: dict, name: str, mode: str, instant: str = "") -> list[SafetyF
     return [SafetyFactor(value, found[f"{name}_low"], found[f"{name}_high"], mode=mode, instant=instant)]
 
 
-def every_factor(summary: dict) -> list[SafetyFactor]:
-    """Every factor of `summary.json` that decides, with its interval."""
-    found = [
+def every_factor(summary: dict, *, elastic: bool = False) -> list[SafetyFactor]:
+    """Every factor of `summary.json` that decides, with its interval; `elastic`: first yield in any case."""
+    flow = None if elastic else summary.get("plastic")
+    found = [] if flow is None else _known(flow, "settling_factor", FLOWS[flow["state"]])
+    found += [
         one
         for case, result in summary["results"].items()
         for one in (
-            *_known(result, "min_safety_factor", "yielding", case),
+            *(_known(result, "min_safety_factor", "yielding", case) if flow is None else ()),
             *(
                 factor
                 for edge in result.get("sharp_edges") or ()
@@ -123,7 +139,7 @@ def every_factor(summary: dict) -> list[SafetyFactor]:
         )
     ]
     if (cycle := summary.get("envelope")) is not None:
-        found += _known(cycle, "min_safety_factor", "yielding")
+        found += _known(cycle, "min_safety_factor", "yielding") if flow is None else []
         found += _known(cycle, "min_fatigue_safety_factor", "fatigue")
     found += _known(summary["buckling"], "min_safety_factor", "buckling")
     if (parts := summary.get("assembly")) is not None:
@@ -142,6 +158,8 @@ def _verdict(summary: dict) -> list[str]:
     open_ = [one for one in every if one.low < required <= one.high]
     judged = any(one.mode == "fatigue" for one in every)
     answer = "fails" if failing else "undecided" if open_ else "survives" if judged else "does not yield"
+    if answer == "does not yield" and any(one.mode == "lasting flow" for one in every):
+        answer = "shakes down"
     worst = min(failing or open_ or every, key=lambda one: one.low)
     [own] = _known(verdict, "safety_factor", verdict["mode"])
     if verdict["mode"] in BOLTS[2:]:  # slip and separation are known of by their reserve alone
@@ -206,6 +224,8 @@ def _exit_code(summary: dict, code: int, min_safety: float | None) -> list[str]:
 
 def _studio(summary: dict, study: Study) -> list[str]:
     shown, verdict = fresh(study).figures, summary["survival"]
+    if verdict["mode"] in FLOWS.values():  # the studio ends at first yield
+        return []
     known = getattr(shown, shown.governs).factor
     mode = "bolts" if verdict["mode"] in BOLTS else verdict["mode"]
     wrong = []
@@ -219,7 +239,7 @@ def _studio(summary: dict, study: Study) -> list[str]:
 
 def _limits(summary: dict, study: Study) -> list[str]:
     verdict, found = summary["survival"], limits(study)
-    least = min(every_factor(summary)) / verdict["required_safety_factor"]
+    least = min(every_factor(summary, elastic=True)) / verdict["required_safety_factor"]
     if found.largest_rpm is None or abs(least - 1) < NEAR:
         return []
     inside = (found.largest_rpm.safe_from or 0.0) <= summary["rpm"] <= found.largest_rpm.value

@@ -36,6 +36,10 @@ _VERDICTS = {
         "The rod does not yield; fatigue is not judged",
         "The rod meets the required safety factor of {:g}, but fatigue is not judged",
     ),
+    "shakes down": (
+        "The rod flows at first and is elastic then; fatigue is not judged",
+        "The rod meets the required safety factor of {:g} once it has flowed, but fatigue is not judged",
+    ),
     "fails": ("The rod does not survive", "The rod does not meet the required safety factor of {:g}"),
     "undecided": ("Undecided", "Undecided whether the rod meets the required safety factor of {:g}"),
 }

@@ -1,0 +1,168 @@
+"""What yielding leads to: whether a rod that flows settles, and up to which multiple of its loads."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fea.analysis.figures import PlasticFigures
+from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
+from fea.analysis.survival import LASTING_FLOW, OVER_REV
+from fea.base.checks import check
+from fea.base.choices import SolverName
+from fea.base.note import Note, assumptions, doubt, omission
+from fea.base.units import DEG, UM
+from fea.judge.case_result import CaseResult, Governing
+from fea.judge.safety_factor import SafetyFactor
+from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
+from fea.rod.places import place_name
+from geometry.arrays import Floats, vector
+
+# Topic of notes, and modes of failure by what the flow does; of others, it is that flow lasts.
+FLOW = "plastic flow"
+_MODES = {
+    PlasticAnswer.CYCLIC: "cyclic plasticity",
+    PlasticAnswer.RATCHETS: "ratcheting",
+    PlasticAnswer.COLLAPSES: "plastic collapse",
+}
+# Halvings of the interval in which the multiple lies up to which a rod settles.
+_HALVINGS = 3
+# Of a cycle, at most so many instants beside the load cases, so far apart, rad: those at which a place with
+# this share of the yield strength is worst.
+_INSTANTS, _APART, _NEAR = 12, 5 * DEG, 0.9
+
+
+def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+    """Follow the flow of a rod over its load cases, with a cycle over its worst instants, too.
+
+    Nothing is done where nothing yields. The yield strength comes first: what does not settle there does not
+    with a smaller one, so that the cyclic yield strength is followed only where it does.
+    """
+    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
+    if not acting or max(case.worst.value for case in acting) <= 1:
+        return static
+    if why := _left_out(rod):
+        return replace(static, notes=(*static.notes, omission(FLOW, why)))
+    material, strength = rod.materials[0], rod.materials[0].yield_strength
+    with rod.clock("plastic flow"):
+        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        if flowing.nodal.max() <= strength:
+            why = "what yields lies beside places where the exact stress is infinite"
+            return replace(static, notes=(*static.notes, omission(FLOW, why)))
+        followed = flowing.follow(strength)
+        if followed.settles and material.flow_strength < strength:
+            followed = flowing.follow(material.flow_strength)
+        flow = followed.flow
+        # What whole sections carry is balanced better than the peaks that the bar belongs to.
+        bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
+        multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
+    values = {
+        "plastic_equilibrium": flow.unbalanced,
+        "plastic_yield": max(0.0, flow.beyond_yield),
+        "plastic_dissipation": max(0.0, -flow.least_dissipation),
+    }
+    checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
+    notes = (*static.notes, *_notes(rod, followed))
+    return replace(static, checks=checks, notes=notes, plastic=_figures(followed, multiple, bar))
+
+
+def _loads(
+    rod: PreparedRod, static: SpeedResult, cases: Sequence[CaseResult]
+) -> tuple[dict[str, Floats], Floats]:
+    """Displacements of the whole rod in the order in which they act, and the largest stress at its nodes."""
+    at = {case.load.name: float(np.nan_to_num(case.load.crank_angle, nan=np.inf)) for case in cases}
+    loads = {case.load.name: case.displacement for case in cases}
+    worst = np.max([case.von_mises for case in cases], axis=0)
+    if static.cycle is not None and static.rpm is not None:
+        envelope, angles = static.cycle.envelope, list[float]()
+        worst = np.maximum(worst, envelope.von_mises)
+        usage = np.where(static.cycle.counts, np.abs(envelope.usage), 0.0)
+        for angle in envelope.usage_angle[np.argsort(-usage)[: np.count_nonzero(usage > _NEAR)]].tolist():
+            if len(angles) < _INSTANTS and all(abs(angle - other) > _APART for other in angles):
+                angles.append(angle)
+        moved = rod.displacement(static.rpm, np.array(angles)) if angles else worst
+        for number, angle in enumerate(angles):
+            name = f"{angle / DEG:.0f}°"
+            loads[name], at[name] = moved[..., number], angle
+    if len(loads) == 1:  # it comes and goes
+        loads["no load"], at["no load"] = 0 * cases[0].displacement, np.inf
+    return {name: loads[name] for name in sorted(loads, key=at.__getitem__)}, worst
+
+
+def _settling(followed: FollowedFlow, strength: float, sure: float, least: float) -> float:
+    """Return a multiple of all loads at which the rod settles, or at which what ends it does not happen.
+
+    The rod may settle at larger ones: `sure`, which contains the error bar of the stress, times the `least`
+    factor and what an over-rev asks are tried. Where it does not settle now, the multiple is below 1.
+    """
+    rod, answer = followed.rod, followed.flow.answer
+    most = rod.reversing(strength)
+    if followed.settles:
+        wanted = (each for each in (OVER_REV**2 * least * sure, least * sure, least) if each > 1)
+        return next((each for each in wanted if each <= most and rod.follow(strength, each).settles), 1.0)
+    if answer is PlasticAnswer.CYCLIC and most < 1:
+        return most
+    collapses = answer is PlasticAnswer.COLLAPSES
+    low, high = min(1.0, strength / float(rod.nodal.max())), 1.0
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if collapses:
+            borne = rod.followed(strength, middle, most_turns=1).flow.answer is not answer
+        else:
+            borne = rod.follow(strength, middle).settles
+        low, high = (middle, high) if borne else (low, middle)
+    return low
+
+
+def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
+    flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
+    names, where = list(rod.loads), place_name(mesh, followed.node)
+    case = names[flow.cases[0]] if flow.cases else ""
+    named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
+    return PlasticFigures(
+        state=flow.answer.value,
+        max_plastic_strain=float(flow.strain.max()),
+        strain_per_turn=0.0 if followed.settles or flow.answer is PlasticAnswer.COLLAPSES else flow.per_turn,
+        at_mm=vector(mesh.whole.points[followed.node]),
+        where=where,
+        elements=followed.elements,
+        turns=flow.turns,
+        cases=tuple(names[number] for number in flow.cases),
+        residual_MPa=followed.residual,
+        set_um={"length": followed.lengthening / UM},
+        strength_MPa=float(followed.zone.strength[0, 0]),
+        settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
+    )
+
+
+def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
+    material = rod.materials[0]
+    strength, key = "the yield strength in repeated loading, too", "material.cyclic_yield_MPa"
+    if material.cyclic_estimated and material.cyclic_yield is not None:
+        strength = f"{material.cyclic_yield:.0f} MPa as cyclic yield strength"
+        key += "; uniform material law, Bäumel & Seeger 1990, quoted from memory"
+    yield from assumptions(
+        FLOW,
+        (
+            "no hardening, small strain, and what the pins press as in the elastic rod",
+            "load cases that follow one another by crank angle",
+            *((f"{strength} ({key})",) if material.cyclic_estimated else ()),
+        ),
+    )
+    if followed.flow.answer is PlasticAnswer.UNDECIDED:
+        yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
+
+
+def _left_out(rod: PreparedRod) -> str:
+    """Why the flow of a rod is not followed, as a rule; empty where it can be."""
+    reasons = {
+        "not asked for (elastic)": rod.options.elastic,
+        "not followed in rods of separate parts, whose contact it would change": rod.assembling is not None
+        or len(rod.materials) > 1,
+        "not followed in mixed elements": bool(rod.structure.soft),
+        "first-order elements are too stiff for flow, which keeps the volume": rod.mesh.cell.order == 1,
+        "it needs a direct solver": rod.model.solver == SolverName.AMG,
+    }
+    return next((why for why, applies in reasons.items() if applies), "")

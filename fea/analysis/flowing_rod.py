@@ -1,0 +1,184 @@
+"""Plastic flow of a rod under loads that follow one another, turn by turn."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from fea.analysis.prepared_rod import PreparedRod
+from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
+from fea.plastic.increment import ElasticBody
+from fea.plastic.zone import Zone
+from fea.solid.parity import Parity
+from fea.solid.stress import principal
+from fea.solid.supports import bore_mean
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+
+# Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
+_NEAR = 0.85
+# Times that the zone may grow, until nothing yields outside of it.
+_GROWTHS = 6
+
+
+@dataclass(frozen=True)
+class FlowingRod:
+    """The loads of a rod at a speed, ready to be followed at any multiple of them."""
+
+    rod: PreparedRod
+    loads: Mapping[str, Floats]  #: displacement (n_nodes, 3) of the whole rod, mm, in the order they act
+    worst: Floats  #: (n_nodes,) largest elastic von Mises stress of any load, MPa
+    counts: Mask  #: (n_nodes,) nodes away from singular places, whose elements alone may flow
+
+    @cached_property
+    def nodes(self) -> Ints:
+        """Node (n_halves, n_cell) of the whole rod at each node of the cell, and at its image about y = 0."""
+        mirrored, cell = self.rod.mesh.mirrored, self.rod.mesh.cell
+        own, image = np.empty((2, len(cell.points)), dtype=np.int64)
+        above = mirrored.sign[:, 2] > 0
+        for nodes, side in ((own, 1), (image, -1)):
+            nodes[:] = own
+            there = np.flatnonzero(above & (mirrored.sign[:, 1] == side))
+            nodes[mirrored.source[there]] = there
+        return np.stack([own, image]) if self.rod.mesh.cut_y else own[None]
+
+    @cached_property
+    def displacements(self) -> list[Floats]:
+        """Displacement (n_halves, n_cell, 3) of each load, mm, the second half mirrored to the cell."""
+        signs = np.array([[[1.0, 1.0, 1.0]], [[1.0, -1.0, 1.0]]])[: len(self.nodes)]
+        return [displacement[self.nodes] * signs for displacement in self.loads.values()]
+
+    @cached_property
+    def _counts(self) -> Mask:
+        """Elements (n_elements,) of the cell away from singular places."""
+        masked = ~self.counts[self.nodes[0]]
+        return np.asarray(~masked[self.rod.mesh.cell.tets].any(axis=1))
+
+    @cached_property
+    def nodal(self) -> Floats:
+        """Largest elastic von Mises stress at the nodes of each element, (n_halves, n_elements), MPa."""
+        worst = self.worst[self.nodes][:, self.rod.mesh.cell.tets].max(axis=-1)
+        return np.asarray(np.where(self._counts, worst, 0.0))
+
+    def _zone(self, elements: Mask, strength: float = 1.0) -> Zone:
+        """Some elements (n_halves, n_elements); with a strength of 1, usage is stress."""
+        half, element = np.nonzero(elements)
+        strengths = np.full(len(element), strength)
+        return Zone.of(self.rod.mesh.cell, self.rod.materials[0], half, element, strengths)
+
+    @cached_property
+    def _elastic(self) -> tuple[float, float]:
+        """Largest stress, and largest range of stress between two loads, at the Gauss points, MPa.
+
+        Of the elements with half the largest stress: no range elsewhere exceeds it.
+        """
+        zone = self._zone(self.nodal >= self.nodal.max() / 2)
+        at_each = [u[:, zone.nodes] for u in self.displacements]
+        largest = max(zone.usage(u, zone.virgin).max() for u in at_each)
+        ranges = [zone.usage(one - other, zone.virgin).max() for one, other in combinations(at_each, 2)]
+        return float(largest), float(max(ranges, default=0.0))
+
+    @property
+    def surface(self) -> float:
+        """By how much the stress at the nodes exceeds that at the Gauss points, which lie inside."""
+        return max(1.0, float(self.nodal.max()) / self._elastic[0])
+
+    def reversing(self, strength: float) -> float:
+        """Multiple of the loads above which flow never ends: a range of stress exceeds twice the strength.
+
+        No residual stress brings both of its ends within the yield condition (Melan 1938).
+        """
+        return 2 * strength / max(self.surface * self._elastic[1], strength / 50)
+
+    def follow(self, strength: float, multiple: float = 1.0, most_turns: int = MOST_TURNS) -> "FollowedFlow":
+        """Repeat the loads, all of them multiplied, with a yield strength, MPa, until the end is known.
+
+        They are raised by `surface`. Whole sections that give way do not depend on that: a collapse counts if
+        it follows without, too; if the rod settles then, what happens is not known.
+        """
+        found = self.followed(strength, multiple * self.surface, most_turns)
+        if found.flow.answer is not PlasticAnswer.COLLAPSES:
+            return found
+        bare = self.followed(strength, multiple, most_turns)
+        unknown = replace(bare.flow, answer=PlasticAnswer.UNDECIDED)
+        return replace(bare, flow=unknown) if bare.settles else bare
+
+    def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
+        """Do so with the loads as they are, times a scale."""
+        loads = [scale * u for u in self.displacements]
+        may_flow = self.nodal * scale > _NEAR * strength
+        parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
+        solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
+        for _ in range(_GROWTHS):
+            zone = self._zone(may_flow, strength)
+            body = ElasticBody(zone, solvers)
+            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads], most_turns)
+            moved = body.everywhere(flow.state.forces)
+            missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
+            if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
+                return FollowedFlow(self, zone, flow, moved)
+            may_flow |= missed
+        return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
+
+    @cached_property
+    def _every(self) -> Zone:
+        """All elements of one half."""
+        return self._zone(np.ones((1, len(self.rod.mesh.cell.tets)), dtype=bool))
+
+    def _beyond(self, strength: float, displacements: Sequence[Floats]) -> Mask:
+        """Elements (n_halves, n_elements) that yield under any of these, where nothing has flowed."""
+        zone = self._every
+        stress = [
+            [zone.usage(u[[half]], zone.virgin).max(axis=1) for half in range(len(u))] for u in displacements
+        ]
+        return np.asarray((np.max(stress, axis=0) > (1 + YIELD_TOLERANCE) * strength) & self._counts)
+
+
+@dataclass(frozen=True)
+class FollowedFlow:
+    """What the rod did at a multiple of its loads."""
+
+    rod: FlowingRod
+    zone: Zone
+    flow: Flow
+    moved: Floats  #: (n_halves, n_cell, 3) displacement that is left without load, mm
+
+    @property
+    def settles(self) -> bool:
+        """Whether nothing flows any more."""
+        return self.flow.answer in {PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
+
+    @property
+    def elements(self) -> int:
+        """Elements of the whole rod that have flowed."""
+        copies = self.rod.rod.mesh.symmetry.copies // len(self.moved)
+        return copies * int((self.flow.strain > 0).any(axis=1).sum())
+
+    @property
+    def node(self) -> int:
+        """Node of the whole rod where most has flowed: of that element, the most stressed one."""
+        stress = self.rod.nodal[self.zone.half, self.zone.element]  # decides where nothing has flowed yet
+        element = int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax())
+        nodes = self.rod.nodes[self.zone.half[element]][self.zone.nodes[self.zone.corners[element]]]
+        return int(nodes[self.rod.worst[nodes].argmax()])
+
+    @property
+    def residual(self) -> float:
+        """Principal stress of largest magnitude, MPa, that is left without load where most has flowed."""
+        state = self.flow.state
+        stress = self.zone.stress(0 * state.moved, state.moved, state.plastic)
+        place = np.unravel_index(self.flow.strain.argmax(), self.flow.strain.shape)
+        principals = principal(stress[place])
+        return float(principals[np.abs(principals).argmax()])
+
+    @property
+    def lengthening(self) -> float:
+        """By how much the bores are further apart without load, mm."""
+        cell = self.rod.rod.mesh.cell
+        small, big = (
+            np.mean([bore_mean(cell, bore, half)[0] for half in self.moved])
+            for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE)
+        )
+        return float(small - big)

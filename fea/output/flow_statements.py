@@ -1,0 +1,43 @@
+"""What yielding leads to, in sentences."""
+
+from collections.abc import Iterator
+
+from fea.analysis.figures import Summary
+from fea.output.units import number, quantity
+
+# What flow that does not end does.
+_FOLLOWS = {
+    "cyclic": "to and fro in every turn",
+    "undecided": "without settling",
+    "ratchets": "further in every turn",
+    "collapses": "until no equilibrium is left",
+}
+
+
+def flow(summary: Summary) -> Iterator[str]:
+    """Yield what yielding leads to."""
+    if (found := summary.plastic) is None:
+        return
+    elements = "1 element" if found.elements == 1 else f"{found.elements} elements"
+    turns = "once" if found.turns == 1 else f"in {found.turns} turns"
+    lasts = _FOLLOWS.get(found.state)
+    yield (
+        f"Flows {'' if lasts else f'{turns} '}in {elements} by up to "
+        f"{number(100 * found.max_plastic_strain, '.2g')} % ({found.where}), "
+        f"{lasts or f'elastic from turn {found.turns + 1} on'}."
+    )
+
+
+def flow_in_full(summary: Summary) -> Iterator[str]:
+    """Yield what yielding leads to, with what is left of it."""
+    yield from flow(summary)
+    if (found := summary.plastic) is None or found.state == "collapses":
+        return
+    left, longer = quantity(found.residual_MPa, "+.0f", "MPa"), found.set_um["length"]
+    moved = f"{quantity(abs(longer), '.2g', 'um')} {'longer' if longer > 0 else 'shorter'}"
+    yield (
+        f"Without load a stress of {left} is left there, and the rod is {moved} between the bores. It flows "
+        f"under {', '.join(found.cases)}, at a strength of {quantity(found.strength_MPa, '.0f', 'MPa')}."
+    )
+    if found.strain_per_turn:
+        yield f"In every turn {number(100 * found.strain_per_turn, '.2g')} % of plastic strain add up there."

@@ -1,0 +1,152 @@
+"""What becomes of a body that flows while its load cases follow one another, turn by turn.
+
+Perfect plasticity: hardening without limit cannot ratchet (Nguyen, J. Mech. Phys. Solids 51, 2003, 101), and
+isotropic hardening ends every flow. A turn in which nothing flows repeats for ever; as the yield surface is
+convex, every load between the cases is then borne elastically, too (Melan 1938).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import ceil
+
+import numpy as np
+
+from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment
+from fea.plastic.zone import Zone, equivalent_strain
+from geometry.arrays import Floats
+
+MOST_TURNS = 60
+# Excess over the yield strength that counts as none.
+YIELD_TOLERANCE = 1e-4
+# Load steps are divided until none exceeds the yield strength by more than this share of it.
+_OVERSHOOT = 0.25
+# Of what flows in a turn, the share that remains at its end: below the first the turns only reverse each
+# other, and where it falls from turn to turn to less than the second the flow fades.
+_REVERSED, _FADING = 0.05, 0.99
+
+
+class PlasticAnswer(StrEnum):
+    """What plastic flow leads to, from good to bad."""
+
+    ELASTIC = "elastic"
+    SHAKES_DOWN = "shakes down"
+    CYCLIC = "cyclic"
+    UNDECIDED = "undecided"
+    RATCHETS = "ratchets"
+    COLLAPSES = "collapses"
+
+
+@dataclass(frozen=True)
+class Flow:
+    """What a body did over the turns."""
+
+    answer: PlasticAnswer
+    state: FlowState  #: at the end, in the unloaded body
+    turns: int  #: in which something flowed
+    cases: tuple[int, ...]  #: load cases under which something flowed
+    #: Of the last turn, the largest equivalent plastic strain of any point added up over it
+    per_turn: float
+    unbalanced: float  #: largest force out of balance, relative
+    beyond_yield: float  #: largest excess over the yield strength in the last turn, relative to it
+    least_dissipation: float  #: of any increment, mJ
+
+    @property
+    def strain(self) -> Floats:
+        """Equivalent plastic strain (n_elements, n_points) at the end."""
+        return equivalent_strain(self.state.plastic)
+
+
+@dataclass
+class _Walk:
+    """A body on its way from load case to load case."""
+
+    zone: Zone
+    body: ElasticBody
+    elastic: Floats  #: displacement of the elastic body, mm: what acts now
+    state: FlowState
+    path: Floats  #: plastic strain added up over this turn
+    unbalanced: float = 0.0
+    beyond_yield: float = 0.0
+    least_dissipation: float = 0.0
+    flowed: set[int] = field(default_factory=set)
+    #: By load case and step, what happened there a turn before
+    last: dict[tuple[int, int], tuple[FlowState, FlowState]] = field(default_factory=dict)
+
+    def to(self, case: int, target: Floats) -> None:
+        """Go to a load case, in steps."""
+        start, excess = self.elastic, self._excess(target)
+        steps = max(1, ceil(excess / _OVERSHOOT))
+        for step in range(1, steps + 1):
+            self.elastic = start + (target - start) * (step / steps)
+            if self._excess(self.elastic) > YIELD_TOLERANCE:
+                self._flow(case, step)
+            self.beyond_yield = max(self.beyond_yield, self._excess(self.elastic))
+
+    def _flow(self, case: int, step: int) -> None:
+        zone, before, last = self.zone, self.state, self.last.get((case, step))
+        guess = None if last is None else before.repeated(*last)
+        after = increment(zone, self.body, self.elastic, before, guess)
+        self.last[case, step] = before, after
+        flow = after.plastic - before.plastic
+        work = zone.dissipation(zone.stress(self.elastic, after.moved, after.plastic), flow)
+        self.least_dissipation = min(self.least_dissipation, work)
+        self.unbalanced = max(self.unbalanced, after.unbalanced)
+        self.path = self.path + equivalent_strain(flow)
+        self.flowed.add(case)
+        self.state = after
+
+    def _excess(self, elastic: Floats) -> float:
+        usage = self.zone.usage(elastic + self.state.moved, self.state.plastic)
+        return float(usage.max(initial=0.0)) - 1
+
+
+def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
+    """Repeat load cases until what happens is known.
+
+    `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, in the order in
+    which they act.
+    """
+    nothing = np.zeros(zone.volumes.shape)
+    rest = at_rest(zone, body.halves)
+    walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()
+    answer: PlasticAnswer | None = None
+    while answer is None:
+        before, walk.path, walk.beyond_yield = walk.state.plastic, nothing, 0.0
+        try:
+            for number, case in enumerate(cases):
+                walk.to(number, case)
+        except NoEquilibriumError:
+            answer = PlasticAnswer.COLLAPSES
+        else:
+            net = equivalent_strain(walk.state.plastic - before)
+            history.append((float(walk.path.max()), float(net.max())))
+            answer = _settled(history, most_turns)
+    return Flow(
+        answer,
+        walk.state,
+        turns=sum(path > 0 for path, _ in history),
+        cases=tuple(sorted(walk.flowed)),
+        per_turn=float(walk.path.max()),
+        unbalanced=walk.unbalanced,
+        beyond_yield=walk.beyond_yield,
+        least_dissipation=walk.least_dissipation,
+    )
+
+
+# Turns that must agree before flow that does not end is given a name.
+_AGREE = 4
+
+
+def _settled(history: Sequence[tuple[float, float]], most_turns: int) -> PlasticAnswer | None:
+    """Name what happens from what flowed in each turn and what of it remained; None while it fades."""
+    if history[-1][0] == 0:
+        return PlasticAnswer.SHAKES_DOWN if len(history) > 1 else PlasticAnswer.ELASTIC
+    (path, net), (old_path, old_net) = history[-1], history[-_AGREE:][0]
+    if len(history) >= _AGREE:
+        steady = _FADING ** (_AGREE - 1)
+        if net < _REVERSED * path and path > steady * old_path:
+            return PlasticAnswer.CYCLIC
+        if net >= _REVERSED * path and net > steady * old_net:
+            return PlasticAnswer.RATCHETS
+    return PlasticAnswer.UNDECIDED if len(history) >= most_turns else None

@@ -1,0 +1,145 @@
+"""J2 flow without hardening at the Gauss points of the elements that may flow.
+
+Yield condition of von Mises, associated flow rule, backward Euler by the radial return (Simo & Hughes 1998,
+Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four Gauss
+points cannot do at every point: the volumetric strain is projected to its mean over each element (Nagtegaal,
+Parks & Rice 1974; Simo & Hughes 1998, section 4.5), or limit loads would come out too high. Only the strain
+that flow adds is projected, so that the elastic solution stays what it is.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from fea.base.material import Material, Materials
+from fea.solid.element import COMPONENTS, gauss_block, stiffness_degree, tabulate
+from fea.solid.stress import matrices, von_mises
+from geometry.arrays import Floats, Ints
+from mesh.tetmesh import TetMesh
+
+# Of symmetric tensors (…, 6): products with this weight are double contractions.
+_TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Elements that may flow, with their Gauss points.
+
+    Of a cell that is cut at y = 0, each half of the body has elements of its own. Both stand on the cell: the
+    fields of the second half are mirrored to it.
+    """
+
+    nodes: Ints  #: (n_nodes,) nodes of the cell that the elements have
+    half: Ints  #: (n_elements,) 0, or 1 for elements of the second half
+    element: Ints  #: (n_elements,) of the cell
+    corners: Ints  #: (n_elements, n_local) their nodes, as places in `nodes`
+    gradients: Floats  #: (n_elements, 3 n_points, n_local) of the shape functions, by point and axis, 1/mm
+    volumes: Floats  #: (n_elements, n_points), mm³
+    #: shear, bulk, strength: (n_elements, 1) moduli μ and κ and the yield strength, MPa
+    shear: Floats
+    bulk: Floats
+    strength: Floats
+
+    @classmethod
+    def of(
+        cls, mesh: TetMesh, material: Material | Materials, half: Ints, element: Ints, strength: Floats
+    ) -> "Zone":
+        """Prepare elements (n,) of halves (n,) with their yield strength (n,), MPa."""
+        tets = mesh.tets[element]
+        nodes, corners = np.unique(tets, return_inverse=True)
+        n_local = tets.shape[1]
+        gauss = gauss_block(mesh.points[tets], tabulate(n_local, stiffness_degree(n_local)))
+        constants = material.of(slice(None))
+        lam, mu = (
+            np.broadcast_to(value, len(mesh.tets))[element, None]
+            for value in (constants.lame_lambda, constants.shear_modulus)
+        )
+        corners = corners.reshape(tets.shape)
+        gradients = np.ascontiguousarray(gauss.gradients.swapaxes(2, 3).reshape(len(tets), -1, n_local))
+        bulk = lam + 2 * mu / 3
+        return cls(nodes, half, element, corners, gradients, gauss.volumes, mu, bulk, strength[:, None])
+
+    @property
+    def virgin(self) -> Floats:
+        """Plastic strain (n_elements, n_points, 6) before anything has flowed."""
+        return np.zeros((*self.volumes.shape, 6))
+
+    def strain(self, u: Floats) -> tuple[Floats, Floats]:
+        """Deviatoric strain (n_elements, n_points, 6) and volumetric strain (n_elements, n_points).
+
+        Of displacements (n_halves, n_nodes, 3), mm.
+        """
+        slope = (self.gradients @ u[self.half[:, None], self.corners]).reshape(*self.volumes.shape, 3, 3)
+        strain = np.stack([(slope[..., i, j] + slope[..., j, i]) / 2 for i, j in COMPONENTS], axis=-1)
+        volumetric = strain[..., :3].sum(axis=-1)
+        strain[..., :3] -= volumetric[..., None] / 3
+        return strain, volumetric
+
+    def mean(self, field: Floats) -> Floats:
+        """Mean (n_elements, 1) over each element of a field (n_elements, n_points)."""
+        return np.asarray(
+            (field * self.volumes).sum(axis=1, keepdims=True) / self.volumes.sum(axis=1, keepdims=True)
+        )
+
+    def stress(self, elastic: Floats, moved: Floats, plastic: Floats) -> Floats:
+        """Stress (n_elements, n_points, 6), MPa.
+
+        Of the displacement of the elastic body under its loads, and of that which plastic strain adds to it,
+        both (n_halves, n_nodes, 3); the volumetric strain of the latter is the mean of each element.
+        """
+        own, own_volumetric = self.strain(elastic)
+        added, added_volumetric = self.strain(moved)
+        stress = 2 * self.shear[..., None] * (own + added - plastic)
+        stress[..., :3] += (self.bulk * (own_volumetric + self.mean(added_volumetric)))[..., None]
+        return stress
+
+    def trial(self, u: Floats, plastic: Floats) -> Floats:
+        """Deviatoric stress (n_elements, n_points, 6), MPa, of all displacement and plastic strain."""
+        return np.asarray(2 * self.shear[..., None] * (self.strain(u)[0] - plastic))
+
+    def usage(self, u: Floats, plastic: Floats) -> Floats:
+        """Von Mises stress over yield strength (n_elements, n_points)."""
+        return von_mises(self.trial(u, plastic)) / self.strength
+
+    def returned(self, u: Floats, plastic: Floats) -> Floats:
+        """Plastic strain after the radial return at displacements, from that before."""
+        trial = self.trial(u, plastic)
+        beyond = 1 - self.strength / np.maximum(von_mises(trial), self.strength)
+        return np.asarray(plastic + beyond[..., None] * trial / (2 * self.shear[..., None]))
+
+    def initial_forces(self, moved: Floats, plastic: Floats) -> Floats:
+        """Forces (n_halves, n_nodes, 3), N, that act on the elastic body like the plastic strain.
+
+        They contain what the projection of the volumetric strain changes in the displacement `moved` that
+        they cause themselves.
+        """
+        volumetric = self.strain(moved)[1]
+        initial = 2 * self.shear[..., None] * plastic
+        initial[..., :3] += (self.bulk * (volumetric - self.mean(volumetric)))[..., None]
+        return self.forces(initial, len(moved))
+
+    def forces(self, stress: Floats, n_halves: int) -> Floats:
+        """Nodal forces (n_halves, n_nodes, 3), N, of a stress (n_elements, n_points, 6): ∫ ∇N · σ dV."""
+        tensor = matrices(stress * self.volumes[..., None]).reshape(len(self.element), -1, 3)
+        of_element = self.gradients.swapaxes(1, 2) @ tensor
+        return np.asarray((self._sum @ of_element.reshape(-1, 3))[: n_halves * len(self.nodes)]).reshape(
+            n_halves, -1, 3
+        )
+
+    @cached_property
+    def _sum(self) -> sparse.csr_array:
+        """Sums over elements (2 n_nodes, n_elements n_local), of either half."""
+        place = (self.half[:, None] * len(self.nodes) + self.corners).ravel()
+        entries = np.ones(place.size), (place, np.arange(place.size))
+        return sparse.csr_array(sparse.coo_array(entries, shape=(2 * len(self.nodes), place.size)))
+
+    def dissipation(self, stress: Floats, flow: Floats) -> float:
+        """Work, mJ, of a stress on an increment of plastic strain, both (n_elements, n_points, 6)."""
+        return float(((stress * flow * _TWICE).sum(axis=-1) * self.volumes).sum())
+
+
+def equivalent_strain(plastic: Floats) -> Floats:
+    """Equivalent plastic strain √(2/3 ε:ε) (…,) of plastic strain (…, 6)."""
+    return np.asarray(np.sqrt(2 / 3 * (plastic**2 * _TWICE).sum(axis=-1)))
