@@ -107,7 +107,7 @@ def test_reproduce_prints_counts_and_misprints(capsys):
 def test_reproduce_leaves_with_5_when_a_figure_is_unexplained(monkeypatch, capsys):
     from fea.verify.reproduce import leon
 
-    monkeypatch.setattr(leon, "LAMBDA_POSITION", 0.15)
+    monkeypatch.setitem(leon.STUDY.data["expressions"], "LAMBDA_POSITION", "0.15")
     assert call(["reproduce", "leon-2001"]) == 5
     assert "UNEXPLAINED" in capsys.readouterr().out
 

@@ -306,7 +306,7 @@ class PublishedStudy:
         """The content of the study's file."""
         return shipped_toml(f"verify/published/{self.source}.toml")
 
-    @cached_property
+    @property
     def _shared(self) -> dict[str, str]:
         shared: dict[str, str] = self.data.get("expressions", {})
         return _SHARED | shared
