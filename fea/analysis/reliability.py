@@ -23,7 +23,7 @@ from fea.judge.cycle_life import LONGEST, LOW_CYCLE, line_at
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.rainflow import rainflow
-from fea.judge.reliability import STATIC, BLife, FirstFailure, Place, Scatter, deviation
+from fea.judge.reliability import STATIC, TAIL, BLife, FirstFailure, Place, Scatter, deviation
 from fea.rod.loading import EngineLoading
 from fea.rod.places import place_name
 from fea.study.scatter_table import ScatterTable
@@ -170,6 +170,25 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
             assumed=own.basquin is None,
             node=spot.node,
         )
+
+
+def varied_cycles(spot: PlaceHistory, rod: PreparedRod, rpm: float) -> list[tuple[float, Floats]]:
+    """Shares of cycles, and their signed stress (n_instants,), MPa, at a place, by pressure.
+
+    Empty without scatter. Of share 0 are cycles of three standard deviations, which any long life contains.
+    """
+    loading = rod.loading
+    if not isinstance(loading, EngineLoading):
+        return []
+    scatter = scatter_of(rod.study.scatter or ScatterTable(), loading, rod.options.fatigue).cycle_pressure
+    if not scatter:
+        return []
+    deviations, weights = np.polynomial.hermite_e.hermegauss(5)
+    shares = [*(weights / weights.sum()).tolist(), 0.0, 0.0]
+    factors = np.maximum(scatter * np.append(deviations, [-TAIL, TAIL]), -1.0)
+    (change,) = _of_gas(rod, [spot], rod.crank_cycle(rpm))
+    signed = signed_equivalent(deviatoric(spot.stress + factors[:, None, None] * change))
+    return list(zip(shares, signed, strict=True))
 
 
 def _of_gas(rod: PreparedRod, regions: Sequence[PlaceHistory], cycle: CrankCycle) -> list[Floats]:

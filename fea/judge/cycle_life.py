@@ -13,6 +13,7 @@ failure is expected by 10⁸ cycles.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,9 +98,16 @@ def strength_share(material: Material, surface: Floats, cycles: float) -> Floats
 
 
 def cycle_life(
-    history: Floats, material: Material, surface: float = 1.0, criterion: Fatigue = Fatigue.GOODMAN
+    history: Floats,
+    material: Material,
+    surface: float = 1.0,
+    criterion: Fatigue = Fatigue.GOODMAN,
+    varied: Sequence[tuple[float, Floats]] = (),
 ) -> CycleLife | None:
     """Return the life of a place of surface factor k_a under a periodic signed stress (n,), MPa.
+
+    `varied`: where cycles differ, as in pressure, their shares and histories. One of share 0 does no damage,
+    but where it exceeds the endurance limit, life is not unlimited. Of lives by strain, `history` counts.
 
     None where neither its S–N line nor the strengths for one are known, or where these do not fit. Raises
     `InvalidValue`: its own S–N line does not fit its endurance limit.
@@ -108,11 +116,13 @@ def cycle_life(
     if line is None or criterion_strength(criterion, material) is None:
         return None
     mean, amplitude = rainflow(history)
-    reversed_, band = reversed_amplitude(criterion, mean, amplitude, lined), band_of(assumed=assumed)
-    strain = StrainLine.of(material, line.knee, surface)
+    shares, histories = zip(*(varied or [(1.0, history)]), strict=True)
+    counted = [reversed_amplitude(criterion, *rainflow(own), lined) for own in histories]
+    reversed_, rate = np.concatenate(counted)[:, None], np.repeat(shares, [len(own) for own in counted])
+    strain, band = StrainLine.of(material, line.knee, surface), band_of(assumed=assumed)
 
     def cycles(strength: float) -> float:
-        damage = float(line.stronger(strength).damage(reversed_[:, None], np.ones(len(reversed_))).sum())
+        damage = float(line.stronger(strength).damage(reversed_, rate).sum())
         found = 1 / damage if damage else math.inf
         if strain is None or found >= LOW_CYCLE:
             return found

@@ -102,3 +102,14 @@ def test_the_strength_for_a_life_is_that_which_lasts_so_long(cycles, surface):
         endless = metal is STEEL and cycles >= 1e6
         assert math.isinf(found) if endless else found == pytest.approx(cycles, rel=1e-6)
         assert not endless or share == pytest.approx(surface)
+
+
+def test_cycles_of_other_pressures_count_by_their_shares_and_severe_ones_end_unlimited_life():
+    """Palmgren and Miner: 1/N = Σ share/N_i; nothing but a severe cycle exceeds the limit in the second."""
+    weak, strong = (amplitude * ONE_CYCLE for amplitude in (450.0, 550.0))
+    each = [cycle_life(history, STEEL).cycles for history in (weak, strong)]
+    mixed = cycle_life(weak, STEEL, varied=[(0.7, weak), (0.3, strong)])
+    assert mixed.cycles == pytest.approx(1 / (0.7 / each[0] + 0.3 / each[1]), rel=1e-9)
+    below = 400.0 * ONE_CYCLE
+    assert math.isinf(cycle_life(below, STEEL, varied=[(1.0, below), (0.0, below)]).cycles)
+    assert math.isfinite(cycle_life(below, STEEL, varied=[(1.0, below), (0.0, strong)]).cycles)

@@ -16,7 +16,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
-from fea.analysis.reliability import reliability_figures
+from fea.analysis.reliability import reliability_figures, varied_cycles
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
@@ -80,7 +80,8 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
         return None
     material = rod.materials[spot.part]
     surface = float(result.regions.at(np.array([spot.node])).factors(material)[0])
-    found = cycle_life(spot.signed, material, surface, rod.options.fatigue)
+    varied = varied_cycles(spot, rod, rpm)
+    found = cycle_life(spot.signed, material, surface, rod.options.fatigue, varied)
     if found is None:
         return None
     hours, low, high = (
