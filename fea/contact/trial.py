@@ -146,7 +146,9 @@ class _Law:
         at = np.concatenate([np.where(has, row, last), last], axis=1)
         share = (unit[slid][..., None] * share / unit[stressed[at]][:, None, :])[has]
         values = np.concatenate([np.ones(n_open), share.ravel()])
-        columns = np.concatenate([np.arange(n_open), np.broadcast_to(at[:, None], both.shape[:2] + (3,))[has].ravel()])
+        columns = np.concatenate(
+            [np.arange(n_open), np.broadcast_to(at[:, None], (*both.shape[:2], 3))[has].ravel()]
+        )
         starts = np.concatenate([np.arange(n_open), n_open + 3 * np.arange(n_slid + 1)])
         weights = sparse.csr_array((values, columns, starts), (len(moving), len(stressed)))
         return cls(moving, stressed, weights, (one, other, give))
@@ -203,7 +205,10 @@ class Linear:
         """Solve it, with the factor of one that it resembles if there is any."""
         block, scaled, active, moving = self.block, self.block.effects.scaled, self.active, self.law.moving
         press, unit = block.effects.press, block.effects.unit
-        acting = -press[active] * offsets.pin_gap[active], -self.law.of((unit * offsets.stress)[self.law.stressed])
+        acting = (
+            -press[active] * offsets.pin_gap[active],
+            -self.law.of((unit * offsets.stress)[self.law.stressed]),
+        )
         unknowns, factor = solved(self.matrix, np.concatenate([*acting, self.reach * offsets.forces]), near)
         pressed, slid, motion = np.split(unknowns, [len(active), len(active) + len(moving)])
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.interface))

@@ -160,7 +160,7 @@ class HeldParts:
 
     @cached_property
     def _closed(self) -> tuple[Floats, Floats]:
-        """What `adding` finds where everything sticks (k, k + 1), and the stresses that the loads cause there.
+        """What `adding` finds where everything sticks (k, k + 1), and the stresses that loads cause there.
 
         The last of the columns is the way from where the parts were put together to the engine's temperature.
         """
