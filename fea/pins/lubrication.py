@@ -322,8 +322,10 @@ class Films:
 
     def prepare(self, cycle: CrankCycle) -> None:
         """Find what films in two processes would both look for: the bore, and where the joint opens."""
-        for _, _, steps in (COARSE, FINE):
-            self._bores(cycle, cycle.at(crank_angles(steps, cycle.engine.cycle)), self.bore)
+        bore = self.bore
+        with self._structure.clock("film"):
+            for _, _, steps in (COARSE, FINE):
+                self._bores(cycle, cycle.at(crank_angles(steps, cycle.engine.cycle)), bore)
 
     def remember(self, cycle: CrankCycle, found: tuple[FilmCycle, FilmCycle, FilmCycle | None]) -> None:
         """Take over what `at` returned in another process."""
