@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property, partial
@@ -16,6 +17,9 @@ from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
 from fea.film.cycle import HOTTEST, MOST_CYCLES, FilmCycle, between
+from fea.machine.isolated import CrashError, begun
+from fea.machine.system import CAN_FORK, memory_limit
+from fea.machine.threads import threads
 from fea.pins.lubrication import (
     COARSE,
     FINE,
@@ -305,11 +309,20 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
         return (film_at(rod, rpm),), (omission(topic, why),)
     small = rod.small_end_films
     _ = small.lubrication  # refuses what does not suit before a film is solved
-    big = film_at(rod, rpm)
-    try:
-        return (big, film_at(rod, rpm, small)), ()
-    except FilmError as error:
-        return (big,), (doubt(f"none was found: {error}", topic),)
+    with ExitStack() as block:
+        other = None
+        if CAN_FORK and threads() > 1 and memory_limit() is None:
+            for films in (rod.films, small):
+                films.prepare(cycle)
+            other = block.enter_context(begun(partial(small.at, cycle)))
+        big = film_at(rod, rpm)
+        try:
+            if other is not None:
+                with rod.clock("film"), suppress(CrashError):  # whatever ended it, that film is solved here
+                    small.remember(cycle, other.result())
+            return (big, film_at(rod, rpm, small)), ()
+        except FilmError as error:
+            return (big,), (doubt(f"none was found: {error}", topic),)
 
 
 def _never_reverses(instants: Instants) -> bool:

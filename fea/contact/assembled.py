@@ -212,21 +212,14 @@ class Assembled:
         """Steps of the rod, or of one end while the other sticks: `system.together` joins their states."""
         return Steps(self.system, exact, None if end is None else range(end, end + 1))
 
-    def sticking(self, gap: Floats, resultants: Floats, opened: Ints | None = None) -> tuple[Floats, Floats]:
+    def sticking(self, gap: Floats, resultants: Floats) -> tuple[Floats, Floats]:
         """Values (n, m) of the unknowns and motions (k, m) of the parts, without pins, while all sticks.
 
-        `gap` (n, m) moments of the gaps that loads open, `resultants` (k, m) of these loads; `opened` (o,):
-        which of `interface` have no stress, but gaps that change freely; none by default.
+        `gap` (n, m) moments of the gaps that loads open, `resultants` (k, m) of these loads.
         """
         condensed, values = self._condensed, np.zeros_like(gap)
         moved = -gap[condensed.interface]
-        stress = condensed.V @ resultants + condensed.S @ moved
-        if opened is not None and opened.size:
-            S = condensed.S[:, opened]
-            free = -np.linalg.solve(S[opened], stress[opened])
-            stress += S @ free
-            moved[opened] += free
-        values[condensed.interface] = stress
+        values[condensed.interface] = condensed.V @ resultants + condensed.S @ moved
         none = np.zeros((len(condensed.pins), gap.shape[1]))
         pin_held = np.zeros((len(condensed.free[1]), gap.shape[1]))
         return values, condensed.motions(moved, none, resultants, pin_held)

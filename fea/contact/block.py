@@ -131,6 +131,11 @@ class _Effects:
         """The same in terms of unknowns of unit stiffness, where that is needed again and again."""
         return self.of_unit_stiffness()
 
+    @cached_property
+    def of_pins(self) -> Floats:
+        """The transpose (n_p, n_J) of B, row by row."""
+        return np.ascontiguousarray(self.B.T)
+
     def part(self, interface: Ints, pins: Ints) -> "_Effects":
         """Those of some unknowns."""
         matrices = (self.A, pins, pins), (self.B, interface, pins), (self.S, interface, interface)

@@ -29,6 +29,8 @@ from geometry.arrays import Floats, Ints, Mask
 _ALL_AT_ONCE = 40
 # Share of the largest violation from which on only the worst place is changed.
 _SINGLE = 0.8
+# Largest change of a direction of slip between guesses that are the same.
+_TURNED = 1e-6
 
 
 class GuessCorrection:
@@ -37,15 +39,16 @@ class GuessCorrection:
     A semismooth Newton method changes all places that are wrong. If that does not settle, pins come first and
     friction comes last, because what the parts do under a wrong load of the pins says nothing about friction.
     Where the method returns to a guess, it runs in a circle: from then on, only the worst places of that kind
-    are changed, fewer each time, down to single ones.
+    are changed, fewer each time, down to single ones. If these return to a guess with the same directions of
+    slip, it never settles.
     """
 
     def __init__(self, exact: Tolerances) -> None:
         self._exact = exact
-        self._seen = set[bytes]()
+        self._seen = dict[bytes, Guess]()
         self._least = np.zeros(3)
         self._all_at_once = _ALL_AT_ONCE
-        self.in_circle = False  #: whether single changes, too, return to a guess
+        self.in_circle = False  #: whether it would only do again what it did
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
@@ -62,12 +65,13 @@ class GuessCorrection:
         better = trial.corrected(*wrong)
         if any(violation.any() for violation in wrong):
             key = np.packbits(np.concatenate([better.touching, better.opened, better.slipping])).tobytes()
-            returned = key in self._seen
-            self._seen = {key} if returned else self._seen | {key}
-            if returned and self._all_at_once > 0:
+            before = self._seen.get(key)
+            self._seen = ({} if before else self._seen) | {key: better}
+            if before and self._all_at_once > 0:
                 self._all_at_once = 0
-            elif returned:
-                self.in_circle = self.in_circle or bool(self._least[kind] == 1)
+            elif before:
+                turned = np.abs(better.direction - before.direction).max(initial=0.0)
+                self.in_circle = bool(self._least[kind] == 1 and turned < _TURNED)
                 halfway = (1 + self._least[kind]) / 2
                 self._least[kind] = halfway if halfway < _SINGLE else 1.0
         return better
@@ -109,8 +113,7 @@ class _BlockSearch:
             balance = trial.imbalance <= BALANCE or not block.R.size
             if better is None and balance:
                 return trial, change
-            # Where slip is given that friction does not allow, a place is wrong whether open or closed.
-            if correction.in_circle and not trial.block.has_friction:
+            if correction.in_circle:
                 break
             guess = better or guess
             if not balance and change == 1:

@@ -106,22 +106,25 @@ class _Law:
     """
 
     moving: Ints  #: (n,) positions of these gaps in the block: first of what is open, then of what slips
-    #: D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`
+    #: (k,) positions of the stresses that the law knows: those of `moving`, then the pressures where it slips
+    stressed: Ints
+    #: the columns (n, k) of D L D⁻¹ that are not zero; None where nothing slips, so that it is the identity
     weights: sparse.csr_array | None
     give: tuple[Ints, Ints, Floats]  #: rows, columns and values of D K D (n, n) where it is not zero
 
-    def of_rows(self, values: Floats) -> Floats:
-        """D L D⁻¹ times values (n_J, …)."""
-        return np.asarray(values[self.moving] if self.weights is None else self.weights @ values)
+    def of(self, stresses: Floats) -> Floats:
+        """D L D⁻¹ times values (k, …) at `stressed`."""
+        return stresses if self.weights is None else np.asarray(self.weights @ stresses)
 
     @classmethod
-    def of(cls, block: ContactBlock, guess: Guess) -> "_Law":
+    def under(cls, block: ContactBlock, guess: Guess) -> "_Law":
         """The law of a guess."""
         places, tangential, unit = block.places, block.places.tangential, block.effects.unit
         opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
         free = tangential[opened].ravel()
         if not len(slips):
-            return cls(np.concatenate([places.normal[opened], free[free >= 0]]), None, _NOWHERE)
+            moving = np.concatenate([places.normal[opened], free[free >= 0]])
+            return cls(moving, moving, None, _NOWHERE)
         slid, pressed, along = tangential[slips], places.normal[slips], guess.direction[slips]
         has = slid >= 0
         moving = np.concatenate([places.normal[opened], free[free >= 0], slid[has]])
@@ -139,14 +142,16 @@ class _Law:
         # pressure.
         share = -places.friction[slips, None] * along
         share = np.concatenate([np.where(both, _TWO - turn, 0.0), share[..., None]], axis=2)
-        stresses = np.concatenate([np.where(has, slid, pressed[:, None]), pressed[:, None]], axis=1)
-        share = (unit[slid][..., None] * share / unit[stresses][:, None, :])[has]
-        stresses = np.broadcast_to(stresses[:, None, :], (*slid.shape, 3))[has]
+        stressed, last = np.concatenate([moving, pressed]), len(moving) + np.arange(len(slips))[:, None]
+        at = np.concatenate([np.where(has, row, last), last], axis=1)
+        share = (unit[slid][..., None] * share / unit[stressed[at]][:, None, :])[has]
         values = np.concatenate([np.ones(n_open), share.ravel()])
-        columns = np.concatenate([moving[:n_open], stresses.ravel()])
+        columns = np.concatenate(
+            [np.arange(n_open), np.broadcast_to(at[:, None], (*both.shape[:2], 3))[has].ravel()]
+        )
         starts = np.concatenate([np.arange(n_open), n_open + 3 * np.arange(n_slid + 1)])
-        weights = sparse.csr_array((values, columns, starts), (len(moving), len(block.interface)))
-        return cls(moving, weights, (one, other, give))
+        weights = sparse.csr_array((values, columns, starts), (len(moving), len(stressed)))
+        return cls(moving, stressed, weights, (one, other, give))
 
 
 class _Solution(NamedTuple):
@@ -169,7 +174,7 @@ class Linear:
     law: _Law
     active: Ints  #: (n_a,) which pressures of the pins act
     matrix: Floats  #: (n, n)
-    #: by_pins, by_slip: (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts
+    #: by_pins, by_slip: (n_a, n_J), (n_d, n_J) what pressures and gaps do to the stresses between the parts
     by_pins: Floats
     by_slip: Floats
     reach: Floats  #: (m,) the scale of the motions
@@ -177,8 +182,9 @@ class Linear:
     @classmethod
     def of(cls, block: ContactBlock, guess: Guess) -> "Linear":
         """Set it up."""
-        active, law, scaled = np.flatnonzero(guess.touching), _Law.of(block, guess), block.effects.scaled
-        by_pins, by_slip = np.take(scaled.B, active, axis=1), np.take(scaled.S, law.moving, axis=1)
+        active, law, scaled = np.flatnonzero(guess.touching), _Law.under(block, guess), block.effects.scaled
+        # Rows, which lie together in memory, of matrices of which one is symmetric.
+        by_pins, by_stress = scaled.of_pins[active], scaled.S[law.stressed]
         rigid = block.effects.press[active, None] * block.R[active]
         reach = np.linalg.norm(rigid, axis=0)
         reach = 1 / np.where(reach > 0, reach, 1.0)
@@ -186,28 +192,31 @@ class Linear:
         pins, gaps, motions = slice(0, n_a), slice(n_a, n), slice(n, None)
         matrix = np.zeros((n + len(reach),) * 2)
         matrix[pins, pins] = scaled.A[active][:, active]
-        matrix[pins, gaps] = by_pins[law.moving].T
-        matrix[gaps, pins] = -law.of_rows(by_pins)
-        matrix[gaps, gaps] = law.of_rows(by_slip)
+        matrix[pins, gaps] = by_pins[:, law.moving]
+        matrix[gaps, pins] = -law.of(by_pins[:, law.stressed].T)
+        matrix[gaps, gaps] = law.of(np.take(by_stress, law.moving, axis=1))
         row, column, value = law.give
         matrix[n_a + row, n_a + column] += value
         matrix[motions, pins] = (rigid * reach).T
         matrix[pins, motions] = -matrix[motions, pins].T
-        return cls(block, guess, law, active, matrix, by_pins, by_slip, reach)
+        return cls(block, guess, law, active, matrix, by_pins, by_stress[: len(law.moving)], reach)
 
     def solve(self, offsets: StickingState, near: _Factor | None) -> tuple[_Solution, _Factor | None]:
         """Solve it, with the factor of one that it resembles if there is any."""
         block, scaled, active, moving = self.block, self.block.effects.scaled, self.active, self.law.moving
         press, unit = block.effects.press, block.effects.unit
-        acting = -press[active] * offsets.pin_gap[active], -self.law.of_rows(unit * offsets.stress)
+        acting = (
+            -press[active] * offsets.pin_gap[active],
+            -self.law.of((unit * offsets.stress)[self.law.stressed]),
+        )
         unknowns, factor = solved(self.matrix, np.concatenate([*acting, self.reach * offsets.forces]), near)
         pressed, slid, motion = np.split(unknowns, [len(active), len(active) + len(moving)])
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.interface))
-        pressure[active], moved[moving] = press[active] * pressed, unit[moving] * slid
-        motion = self.reach * motion
-        stress = offsets.stress + (self.by_slip @ slid - self.by_pins @ pressed) / unit
-        pin_gap = pressed @ scaled.A[active] + slid @ scaled.B[moving]
-        pin_gap = offsets.pin_gap + pin_gap / press - block.R @ motion
+        pressure[active], moved[moving] = pressed, slid
+        stress = offsets.stress + (slid @ self.by_slip - pressed @ self.by_pins) / unit
+        pin_gap = (scaled.A @ pressure + scaled.of_pins @ moved) / press
+        pressure, moved, motion = press * pressure, unit * moved, self.reach * motion
+        pin_gap = offsets.pin_gap + pin_gap - block.R @ motion
         return _Solution(pressure, motion, moved, stress, pin_gap), factor
 
 

@@ -309,7 +309,7 @@ class Films:
         The last is None where it was not solved. Raises `InvalidValue`: unsuitable [film]; `FilmError`.
         """
         require(cycle.speed > 0, "speed.rpm", cycle.speed, "must be above 0: motion carries an oil film")
-        key = cycle.speed, id(cycle.gas)
+        key = _key(cycle)
         if key not in self._found:
             bore = self.bore
             with self._structure.clock("film"):
@@ -319,6 +319,17 @@ class Films:
                 raise FilmError("smooth surfaces meet at an edge of the bore. Give film.roughness_um")
             self._found[key] = fine, coarse, self._softer(cycle, coarse), cycle.gas
         return self._found[key][:3]
+
+    def prepare(self, cycle: CrankCycle) -> None:
+        """Find what films in two processes would both look for: the bore, and where the joint opens."""
+        bore = self.bore
+        with self._structure.clock("film"):
+            for _, _, steps in (COARSE, FINE):
+                self._bores(cycle, cycle.at(crank_angles(steps, cycle.engine.cycle)), bore)
+
+    def remember(self, cycle: CrankCycle, found: tuple[FilmCycle, FilmCycle, FilmCycle | None]) -> None:
+        """Take over what `at` returned in another process."""
+        self._found[_key(cycle)] = *found, cycle.gas
 
     def coarse(self, cycle: CrankCycle) -> FilmCycle:
         """The coarse one alone; errors as of `at`."""
@@ -413,6 +424,10 @@ class Films:
         if fails and not (found.starved or found.too_hot or found.repeats):
             found = integrate(bearing, acting, heat=heat, before=found)
         return found
+
+
+def _key(cycle: CrankCycle) -> tuple[float, int]:
+    return cycle.speed, id(cycle.gas)
 
 
 def crank_angles(steps: int, cycle: float = 4 * math.pi) -> Floats:

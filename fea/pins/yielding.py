@@ -158,24 +158,36 @@ class HeldParts:
             grown[: len(own)] = images * own.reshape(len(own), -1) @ assembled.warming.displacement
         return cls(assembled, gap, np.hstack(resultants), grown)
 
-    def adding(self, state: ContactState | None = None) -> tuple[Floats, Floats]:
-        """Work (k, k) that the hold of the parts adds to that of the loads, and made (k,).
+    @cached_property
+    def _closed(self) -> tuple[Floats, Floats]:
+        """What `adding` finds where everything sticks (k, k + 1), and the stresses that loads cause there.
 
-        `state`: what is open in it moves freely, by default at the engine's temperature. The second is the
-        work of the loads on what the parts move by themselves from where they were put together, when the
-        bores were made, to the state.
+        The last of the columns is the way from where the parts were put together to the engine's temperature.
         """
         parts, start, before = self.assembled, self.assembled.start, self.assembled.tightened
         unloaded = start.load.gap.copy()
         unloaded[parts.interface] -= start.gap
         values, motions = parts.sticking(
-            np.column_stack([self.gap, unloaded]),
-            np.pad(self.resultant, [(0, 0), (0, 1)]),
-            parts.opened(state or start),
+            np.column_stack([self.gap, unloaded]), np.pad(self.resultant, [(0, 0), (0, 1)])
         )
+        stress = values[parts.interface]
         values[:, -1] -= before.values
         motions[:, -1] -= parts.system.part_motion(before)
-        work = self.gap.T @ values + self.resultant.T @ motions
+        return self.gap.T @ values + self.resultant.T @ motions, stress
+
+    def adding(self, state: ContactState | None = None) -> tuple[Floats, Floats]:
+        """Work (k, k) that the hold of the parts adds to that of the loads, and made (k,).
+
+        `state`: what is open in it moves freely, by default at the engine's temperature: the stresses there
+        are released, which adds their work on the gaps that open. The second is the work of the loads on what
+        the parts move by themselves from where they were put together, when the bores were made, to the
+        state.
+        """
+        work, stress = self._closed
+        opened = self.assembled.opened(state or self.assembled.start)
+        if opened.size:
+            stiffness = self.assembled.system.condensed.S[opened][:, opened]
+            work = work + stress[opened, :-1].T @ np.linalg.solve(stiffness, stress[opened])
         return work[:, :-1], work[:, -1] + self.grown
 
 

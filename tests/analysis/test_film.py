@@ -1,8 +1,9 @@
 """The oil film of the big end in a run: coarse films on a coarse rod, for seconds."""
 
 import json
+import os
 import re
-from contextlib import redirect_stdout
+from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from io import StringIO
 from types import SimpleNamespace
@@ -20,10 +21,12 @@ from fea.apps.result import analyse
 from fea.base.checks import LIMITS
 from fea.base.note import NoteKind
 from fea.film.grid import FilmGrid
+from fea.machine.system import CAN_FORK
 from fea.output.text import read_columns
 from fea.pins import lubrication
 from fea.pins.yielding import End, YieldingBore
 from fea.rod.loading import EngineLoading
+from fea.solid.errors import FilmError
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -225,10 +228,58 @@ def test_a_small_end_has_no_film_where_nothing_refills_it(strokes, rpm, rollers,
     )
     monkeypatch.setattr(End, "pressed_in", lambda *_: False)
     monkeypatch.setattr("fea.analysis.film.film_at", lambda *_: "film")
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
     films, left_out = films_at(rod, rpm)
     assert len(films) == (2 if why is None else 1)
     assert [note.kind for note in left_out] == [NoteKind.OMISSION] * (why is not None)
     assert why is None or why in str(left_out[0])
+
+
+class SmallEnd:
+    """Its film is the number of the process that solves it, unless that process fails."""
+
+    lubrication, known = None, None
+
+    def __init__(self, fails=lambda: None):
+        self.fails = fails
+
+    def prepare(self, cycle):
+        pass
+
+    def at(self, cycle):
+        self.fails()
+        return os.getpid()
+
+    def remember(self, cycle, found):
+        self.known = found
+
+
+def unsolved():
+    raise FilmError("too thin")
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="processes cannot be copied")
+@pytest.mark.parametrize("fails", [lambda: None, lambda: os._exit(3), unsolved])
+def test_a_second_process_solves_the_film_of_the_small_end(fails, monkeypatch):
+    small = SmallEnd(fails)
+    rod = SimpleNamespace(
+        structure=None,
+        engine=EngineLoading.of(load_study("leon-2001").engine, 141.0),
+        crank_cycle=lambda _: SimpleNamespace(engine=SimpleNamespace(strokes=4)),
+        films=SmallEnd(),
+        small_end_films=small,
+        clock=lambda _: nullcontext(),
+    )
+    monkeypatch.setattr(End, "pressed_in", lambda *_: False)
+    monkeypatch.setattr("fea.analysis.film.film_at", lambda *given: given[-1].known if given[2:] else "big")
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    films, left_out = films_at(rod, 6000.0)
+    assert films[0] == "big"
+    if fails is unsolved:
+        assert (len(films), "too thin" in str(left_out[0])) == (1, True)
+    else:  # where it crashed, nothing is known, and the film is solved here
+        assert (films[1] is None) == (small.known is None)
+        assert small.known != os.getpid()
 
 
 @pytest.mark.parametrize(
