@@ -59,6 +59,13 @@ class SymmetricMatrix:
         """Diagonal entries."""
         return np.asarray(np.einsum("nii->ni", self._diagonal_blocks)).reshape(-1)
 
+    def full(self) -> sparse.csr_array:
+        """Both triangles."""
+        strictly = self.upper.data.copy()
+        strictly[self.upper.indptr[:-1]] = 0.0
+        above = sparse.bsr_array((strictly, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
+        return sparse.csr_array(self.upper + above.T)
+
     def __matmul__(self, vectors: Floats) -> Floats:
         """Product with a vector (n,) or a block of vectors (n, k)."""
         both = self._scalar @ vectors + self._scalar.T @ vectors

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from assemblies import EVERY, SIMPLE, study
-from full_matrix import full
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
@@ -111,7 +110,7 @@ def test_a_patch_of_pressure_moves_the_bore_as_in_a_direct_solution(rod, parts, 
         for number, bolt in enumerate(problem.bolts)
     ]
     stiff[: problem.starts[len(problem.bores)]] = 0.0  # no pins
-    K = full(rod.model.stiffness) + problem.forces @ sparse.diags_array(stiff) @ problem.forces.T
+    K = rod.model.stiffness.full() + problem.forces @ sparse.diags_array(stiff) @ problem.forces.T
     free = ~plane_conditions(mesh, Parity.SYMMETRIC).ravel()
     free[3 * np.flatnonzero(free[::3])[0]] = False  # it slides along x
     u = np.zeros(len(forces))

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from full_matrix import full
 from skfem import CellBasis, ElementTetP1, ElementTetP2, ElementVector, MeshTet, MeshTet2
 from skfem.models.elasticity import linear_elasticity
 from strap import strap
@@ -22,7 +21,7 @@ def test_equals_scikit_fem(order, whole):
     mesh = strap(size=6.0, order=order)
     if whole:
         mesh = reflect(unmirrored(mesh), Surface.SYMMETRY_Y).mesh
-    K = full(stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points))))
+    K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points))).full()
     kind, element = (MeshTet, ElementTetP1()) if order == 1 else (MeshTet2, ElementTetP2())
     theirs = kind(mesh.points.T.copy(), mesh.tets[:, :4].T.copy())  # the nodes of the edges follow from these
     basis = CellBasis(theirs, ElementVector(element), intorder=2 * (order - 1))
@@ -34,7 +33,7 @@ def test_equals_scikit_fem(order, whole):
 def test_the_upper_triangle_of_a_full_matrix(order):
     mesh = strap(size=8.0, order=order)
     K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
-    again = SymmetricMatrix.of_full(full(K))
+    again = SymmetricMatrix.of_full(K.full())
     for name in ("indptr", "indices", "data"):
         np.testing.assert_array_equal(getattr(again.upper, name), getattr(K.upper, name))
 
@@ -69,7 +68,7 @@ def test_constrained_rows_keep_only_their_diagonal():
 def test_triangles_and_products_are_of_one_matrix():
     mesh = strap(size=8.0, order=1)
     K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
-    dense = full(K).toarray()
+    dense = K.full().toarray()
     close = 1e-13 * K.norm()
     assert dense == pytest.approx(dense.T, abs=close)
     assert K.scalar_upper().toarray() == pytest.approx(np.triu(dense), abs=close)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_matrix import full
 from incompressible_cube import errors
 from scipy import sparse
 from strap import strap, tilted_load, without_rigid_motion
@@ -111,7 +110,7 @@ def test_the_steps_solve_the_indefinite_equations():
     space = pressure_space(mesh, {0: RUBBER})
     D = space.divergence @ sparse.diags_array((~fixed).astype(float))
     C = space.mass / RUBBER.lame_lambda
-    whole = sparse.csc_array(sparse.block_array([[full(A), D.T], [D, -C]]))
+    whole = sparse.csc_array(sparse.block_array([[A.full(), D.T], [D, -C]]))
     right = np.r_[np.where(fixed, 0.0, load.symmetric.ravel()), np.zeros(C.shape[0])]
     direct = sparse.linalg.splu(whole).solve(right)
     u = solution.displacement[Parity.SYMMETRIC].ravel()

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_matrix import full
 
 from fea.base.choices import SolverName, Support
 from fea.base.material import Material, Materials
@@ -92,7 +91,7 @@ def test_a_hinge_is_found(bar, ends):
 def test_the_condition_is_estimated_to_its_order(bar):
     fixed = (np.abs(bar.points) < 1e-9)[:, :1].repeat(3, axis=1).ravel()
     K = stiffness(bar, STEEL, pattern(bar.tets, len(bar.points))).constrained(fixed)
-    dense = full(K).toarray()
+    dense = K.full().toarray()
     root = np.sqrt(np.diag(dense))
     exact = np.linalg.cond(dense / np.outer(root, root))
     assert 0.3 * exact < condition_estimate(K, factorise(K)) < 5 * exact
@@ -100,7 +99,7 @@ def test_the_condition_is_estimated_to_its_order(bar):
 
 def test_every_run_estimates_its_condition_beside_the_loads(bar):
     model = solve.Model(bar, STEEL, Support.INERTIA_RELIEF)
-    K = full(model._K.constrained(model._restraints[Parity.SYMMETRIC])).toarray()
+    K = model._K.constrained(model._restraints[Parity.SYMMETRIC]).full().toarray()
     root = np.sqrt(np.diag(K))
     exact = np.linalg.cond(K / np.outer(root, root))
     # A mere stretch says nothing of bending.

@@ -118,7 +118,7 @@ class BentSlice:
         entries = np.ones(len(columns)), (np.concatenate([own, together]), columns)
         T = sparse.csc_array(sparse.coo_array(entries, shape=(fixed.size, len(own) + 1)))
         material = replace(STEEL, poissons_ratio=0.0)
-        K = sparse.csr_array(stiffness(mesh, material, pattern(mesh.tets, len(mesh.points))).full())
+        K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points))).full()
         factor = splu(sparse.csc_array(T.T @ K @ T))
         solver = np.zeros(fixed.size, dtype=bool), lambda forces: T @ factor.solve(T.T @ forces)
         self.zone = _all_elements(mesh, 0.0)
