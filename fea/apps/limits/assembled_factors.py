@@ -92,6 +92,7 @@ class _SolvedInstants(NamedTuple):
     parts: list[PartRows]
     weights: Weights
     states: list[AssemblyState]
+    regions: SurfaceRegions  #: with the support of the gradient over these instants
 
     @property
     def most_stressed(self) -> list[RowHistories]:
@@ -111,7 +112,6 @@ class AssembledFactors(RodFactors):
         self._start = pins.assembly.sums(pins.assembly.assembled.start)
         self._decisive = np.zeros(0)  # crank angles, rad
         self._followed: tuple[CrankCycle, Factors] | None = None
-        self._regions: SurfaceRegions | None = None  # with the support of the first cycle that was followed
         self._history_ratio = dict[FailureMode, float]()  # factors with history over those without
 
     @property
@@ -189,15 +189,20 @@ class AssembledFactors(RodFactors):
         extremes = decisive_angles(cycle, angles, worst, usage)
         more = np.union1d(extremes, around(cycle, np.array(decisive)))
         more = np.setdiff1d(more, angles)
-        second = self._solved(cycle.at(more), cycle)
+        second = self._solved(cycle.at(more), cycle, first.regions)
         both = [each.extended(part, second.weights) for each, part in zip(worst, second.parts, strict=True)]
         return (both, np.append(angles, more)), [*first.states, *second.states]
 
     def _factors(self, solved: _SolvedInstants, angles: Floats) -> dict[FailureMode, ModeFactor]:
         return worst_of_histories(solved.most_stressed, angles) | self._of_assembly(solved.states, angles)
 
-    def _solved(self, instants: Instants, cycle: CrankCycle | None = None) -> _SolvedInstants:
-        """Solve instants, each as a unit load; in the order of a cycle where one is given."""
+    def _solved(
+        self, instants: Instants, cycle: CrankCycle | None = None, regions: SurfaceRegions | None = None
+    ) -> _SolvedInstants:
+        """Solve instants, each as a unit load; in the order of a cycle where one is given.
+
+        `regions`: those of other instants of the cycle, whose support they have.
+        """
         units, states, loads = list[UnitSolutions](), list[AssemblyState](), list[_InstantLoads]()
         for some in np.array_split(np.arange(len(instants)), -(-len(instants) // _AT_ONCE)):
             responses = self._pins.respond(instants[some], cycle)
@@ -210,11 +215,11 @@ class AssembledFactors(RodFactors):
             every = replace(every, parts=tuple(replace(part, odd=part.even) for part in every.parts))
             weights = Weights(identity, 0 * identity)
         analysis = self._rod.superposing(FullBasis(loads[0], lambda _fields: every))
-        if self._regions is None and cycle is not None:
-            self._regions = analysis.supported_by(weights).regions
-        analysis = replace(analysis, regions=self._regions or analysis.regions)
+        if regions is None and len(instants) > 1:
+            analysis = analysis.supported_by(weights)
+        analysis = replace(analysis, regions=regions or analysis.regions)
         parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
-        return _SolvedInstants(parts, weights, states)
+        return _SolvedInstants(parts, weights, states, analysis.regions)
 
     def _of_assembly(self, states: Sequence[AssemblyState], angles: Floats) -> dict[FailureMode, ModeFactor]:
         """Factors of bolts, joint and seats over contact states at crank angles, rad."""
