@@ -131,14 +131,11 @@ class RodFactors(ABC):
             high, low = signed.max(axis=1), signed.min(axis=1)
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)[
-                    :, None
-                ]
-                at_row = replace(
-                    line, limit=line.limit[[row]], gentle=None if every and line.endless else line.gentle
-                )
-                once = np.ones(len(amplitude))
-                of_row = [float(at_row.stronger(each).damage(amplitude, once).sum()) for each in strengths]
+                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
+                once, gentle = np.ones(len(amplitude)), None if every and line.endless else line.gentle
+                at_row = replace(line, limit=line.limit[[row]], gentle=gentle)
+                damages = (at_row.stronger(each).damage(amplitude[:, None], once) for each in strengths)
+                of_row = [float(own.sum()) for own in damages]
                 damage = np.maximum(damage, of_row)
         return [math.inf if each == 0 else 1 / each for each in np.maximum(damage, _TINY * every).tolist()]
 
