@@ -174,10 +174,13 @@ def test_estimates_are_exact_where_the_cycle_was_gone_through_and_near_elsewhere
 
 
 def test_crank_cycles_to_failure_are_those_of_a_duty(rod, point):
-    """At instants that decide, over the cycle and from rest; 1 % of stress is a tenth of the cycles."""
+    """At instants that decide, over the cycle and from rest; 1 % of stress is a tenth of the cycles.
+
+    The amplitudes of few instants give gradients, and so a support, that differ by 2 %.
+    """
     states, _ = point
     duty = DutyLoads.of(DutyTable(rpm=(SPEED,), hours=(1.0,)), rod.engine)
     damage = life_of(rod.full_cycle, rod.mass, duty).figures.damage_per_hour
     expected = 30 * SPEED / damage
     assert states.life(rod.crank_cycle(SPEED)) == pytest.approx([expected], rel=0.05)
-    assert states.life(rod.crank_cycle(SPEED), every=True) == pytest.approx([expected], rel=0.2)
+    assert states.life(rod.crank_cycle(SPEED), every=True) == pytest.approx([expected], rel=0.3)
