@@ -80,7 +80,7 @@ def label(name: str) -> str:
 Ticks = tuple[tuple[float, str], ...]
 
 
-class Scatter(NamedTuple):
+class ScatterPlot(NamedTuple):
     """A drawing for the template."""
 
     x: str
@@ -99,7 +99,7 @@ def _scatter(
     chosen: Ints,
     line: Floats | None = None,
     frame: tuple[float, float, float, float] = _SMALL,
-) -> Scatter:
+) -> ScatterPlot:
     """Draw one column against another: points of the chosen designs, and a line (m, 2)."""
     left, right, bottom, top = frame
     across, up = (page.columns[name][chosen] for name in names)
@@ -108,7 +108,7 @@ def _scatter(
     both = np.isfinite(across) & np.isfinite(up)
     points = zip(x(across[both]), y(up[both]), chosen[both].tolist(), strict=True)
     path = () if line is None else zip(x(line[:, 0]), y(line[:, 1]), strict=True)
-    return Scatter(
+    return ScatterPlot(
         label(names[0]),
         label(names[1]),
         tuple(points),
@@ -138,7 +138,7 @@ def _axis(
     return places, (low, high), tuple(zip(places(marks), labels, strict=True))
 
 
-def pareto(page: SweepPage) -> Scatter | None:
+def pareto(page: SweepPage) -> ScatterPlot | None:
     """Mass against the factor, with the front."""
     both = [page.figures[name] for name in (MASS, FACTOR) if name in page.figures]
     if len(both) < 2 or not np.isfinite(both[1]).any():
@@ -148,14 +148,14 @@ def pareto(page: SweepPage) -> Scatter | None:
     return _scatter(page, (MASS, FACTOR), chosen, front, _WIDE)
 
 
-def matrix(page: SweepPage) -> list[Scatter]:
+def matrix(page: SweepPage) -> list[ScatterPlot]:
     """Every pair of the first keys, of mass and of the factor."""
     chosen, axes = _spread(page.samples, FACTOR, _MOST_LINES), page.axes
     pairs = [(x, y) for k, y in enumerate(axes) for x in axes[:k]] if len(chosen) > 1 else []
     return [_scatter(page, pair, chosen) for pair in pairs]
 
 
-def main_effects(page: SweepPage) -> list[Scatter]:
+def main_effects(page: SweepPage) -> list[ScatterPlot]:
     """The mean factor against each key: at each of its values, or over equal numbers of rods."""
     chosen = _spread(page.samples, FACTOR, len(page.samples.rows))
     if not len(chosen):
