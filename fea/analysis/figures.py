@@ -323,6 +323,33 @@ class CycleLifeFigures(Figures):
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
+class BenchFigures(Figures):
+    """``bench``: a fatigue test between two forces along the rod, at its worst place.
+
+    Cycles are None as in `CycleLifeFigures`; all that follows of them is where no S–N line can be assumed.
+    """
+
+    upper_N: float
+    lower_N: float
+    ratio: float  #: R, least over largest force
+    fatigue_safety_factor: SafetyFactor  #: on both forces
+    fatigue_criterion: str
+    at_mm: Vector
+    where: str  #: in words
+    #: mean_MPa, amplitude_MPa: of the signed equivalent stress there
+    mean_MPa: float
+    amplitude_MPa: float
+    cycles: float | None  #: to failure
+    #: low_cycles, high_cycles: with all strengths lower and higher by `band_percent`
+    low_cycles: float | None
+    high_cycles: float | None
+    #: band_percent, assumed, unlimited, by_strain: as in `CycleLifeFigures`
+    band_percent: float | None
+    assumed: bool | None
+    unlimited: bool | None
+    by_strain: bool | None
+
+
 class CycleFigures(Figures):
     """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
 
@@ -739,6 +766,7 @@ class Summary(Figures):
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
+    bench: WhereKnown[BenchFigures] = None  #: of [forces] with a ratio
     plastic: WhereKnown[PlasticFigures] = None  #: where the elastic stress exceeds yield and flow is followed
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

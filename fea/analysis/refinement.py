@@ -97,7 +97,8 @@ class MeshErrors:
         rod, mesh, cases = self._rod, self._rod.mesh.whole, tuple(results.values())
         all_cases, masked = rod.options.all_cases, cases[0].error.masked
         fatigue, fields = list[Peak](), list[Judged]()
-        if rod.options.cycle and len(cases) > 1:
+        tested = rod.study.forces is not None and rod.study.forces.ratio is not None
+        if (rod.options.cycle or tested) and len(cases) > 1:
             if (used := usage(rod, cases)) is not None:
                 fatigue.append(peak(*used, masked))
                 fields.append(used)

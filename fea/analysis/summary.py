@@ -10,10 +10,12 @@ from string import ascii_uppercase
 import numpy as np
 
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
+from fea.analysis.bench import bench_figures, bench_notes
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.figures import envelope_figures
 from fea.analysis.figures import (
     AssemblyFigures,
+    BenchFigures,
     BoreFigures,
     BucklingFigures,
     CaseFigures,
@@ -115,6 +117,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases, result.rpm),
         buckling=buckling.figures,
         plastic=result.plastic,
+        bench=bench_figures(rod, result),
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
         head_clearance=head_clearance(rod, result),
@@ -122,6 +125,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         notes=(
             *result.notes,
             *buckling.notes,
+            *bench_notes(rod),
             *onset_notes(assembly),
             *touch_notes(assembly),
             *_bar_notes(rod, result, governing),
@@ -181,6 +185,7 @@ def summary_of(
     buckling: BucklingFigures,
     fatigue: SafetyFactor | None = None,
     plastic: PlasticFigures | None = None,
+    bench: BenchFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
     head_clearance: HeadClearanceFigures | None = None,
@@ -195,12 +200,13 @@ def summary_of(
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic),
+            factors(results, buckling, envelope, assembly, plastic, bench=bench),
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
             by_duty=rod.duty is not None,
             unanalysed=next((_CARRIES for note in shown if note.topic == OTHER_RODS), None),
+            in_engine=rpm is not None,
             stands_on=_operation(rod, rpm, loads, assembly),
         ),
         rod=figures(
@@ -220,6 +226,7 @@ def summary_of(
         life=None if life is None else life.figures,
         buckling=buckling,
         plastic=plastic,
+        bench=bench,
         head_clearance=head_clearance,
         assembly=assembly,
         checks=checks,

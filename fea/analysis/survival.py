@@ -5,6 +5,7 @@ from math import isfinite
 
 from fea.analysis.figures import (
     AssemblyFigures,
+    BenchFigures,
     BucklingFigures,
     CaseFigures,
     CycleFigures,
@@ -35,6 +36,8 @@ def factors(
     envelope: CycleFigures | None,
     assembly: AssemblyFigures | None = None,
     plastic: PlasticFigures | None = None,
+    *,
+    bench: BenchFigures | None = None,
 ) -> list[SafetyFactor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
@@ -54,6 +57,8 @@ def factors(
         found += [] if plastic else [envelope.min_safety_factor.against("yielding")]
         if envelope.min_fatigue_safety_factor is not None:
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
+    if bench is not None:
+        found.append(bench.fatigue_safety_factor)
     if buckling.min_safety_factor is not None:
         found.append(buckling.min_safety_factor.against("buckling"))
     return found if assembly is None else [*found, *factors_of_assembly(assembly)]
@@ -86,6 +91,7 @@ def survival(
     fatigue_at_most: SafetyFactor | None = None,
     by_duty: bool = False,
     unanalysed: str | None = None,
+    in_engine: bool = True,
     stands_on: str | None = None,
 ) -> SurvivalFigures:
     """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
@@ -94,7 +100,8 @@ def survival(
     the factor against fatigue from the load cases, where the cycle is not computed: below the required factor
     it decides like a factor. Fatigue is judged by its factor or, `by_duty`, by hours; a rod of which it
     is not judged does not survive, however large its other factors are, nor does one with loads that are left
-    out, which `unanalysed` says in words. `stands_on` says for which operation the answer is.
+    out, which `unanalysed` says in words. Only what runs `in_engine` needs a reserve. `stands_on` says for
+    which operation the answer is.
     """
     least = 1.0 if required is None else required
     bounded = fatigue_at_most is not None and fatigue_at_most.answer(least) is SurvivalAnswer.FAILS
@@ -115,7 +122,7 @@ def survival(
         flowed = any(factor.mode == LASTING_FLOW for factor in counted)
         answer = SurvivalAnswer.SHAKES_DOWN if flowed else SurvivalAnswer.NOT_JUDGED
         answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else answer
-        reserve = _no_reserve(governing, least) if answer is SurvivalAnswer.SURVIVES else ""
+        reserve = _no_reserve(governing, least) if in_engine and answer is SurvivalAnswer.SURVIVES else ""
         text = _met(counted, governing, answer, required, reserve)
     if not judged:
         text += f"; fatigue is not judged{_most(fatigue_at_most)}"

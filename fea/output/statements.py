@@ -30,14 +30,21 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
+from fea.output.bench_statements import fatigue_test
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, hours_text, number, place, quantity
+from fea.rod.loading import LOWER, UPPER
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5
 # Load cases whose names do not say it in a sentence.
-_CASES = {"given": "under the given forces", "assembly": "after assembly"}
+_CASES = {
+    "given": "under the given forces",
+    "assembly": "after assembly",
+    UPPER: "at the upper force",
+    LOWER: "at the lower force",
+}
 # Keys of the pins' fit in a bore.
 _FITS = {
     "small-end bore": ("contact.small_end_clearance_mm", "contact.small_end_relief_mm"),
@@ -90,6 +97,8 @@ def governs(summary: Summary) -> Iterator[str]:
         mode = f"structural stress at sharp edge {edge.name}{case}; {fillet(edge)}"
     elif survival.mode == "fatigue" and envelope is not None and envelope.fatigue is not None:
         mode = f"fatigue, {_spot(envelope.fatigue)}"
+    elif survival.mode == "fatigue" and summary.bench is not None:
+        mode = f"fatigue, {summary.bench.where}, {place(summary.bench.at_mm)}"
     elif survival.mode == "fatigue":
         mode = f"fatigue between the load cases, {survival.fatigue_where}{case}"
     elif survival.mode != "yielding":
@@ -431,6 +440,7 @@ STATEMENTS = (
     Statement(governs, governs),
     Statement(flow, flow_in_full, "results"),
     Statement(life, life, "fatigue"),
+    Statement(fatigue_test, fatigue_test, "results"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),
