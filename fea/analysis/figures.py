@@ -323,31 +323,28 @@ class CycleLifeFigures(Figures):
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
+class TestLifeFigures(Figures):
+    """Cycles to failure in a fatigue test; None for no damage, as in `CycleLifeFigures`."""
+
+    cycles: float | None
+    low: float | None  #: with all strengths lower by `band_percent`, as `high` with higher ones
+    high: float | None
+    band_percent: float
+    assumed: bool  #: as in `CycleLifeFigures`, like the next two
+    unlimited: bool
+    by_strain: bool
+
+
 class BenchFigures(Figures):
-    """``bench``: a fatigue test between two forces along the rod, at its worst place.
+    """``bench``: a fatigue test between two forces along the rod, at its worst place."""
 
-    Cycles are None as in `CycleLifeFigures`; all that follows of them is where no S–N line can be assumed.
-    """
-
-    upper_N: float
-    lower_N: float
-    ratio: float  #: R, least over largest force
-    fatigue_safety_factor: SafetyFactor  #: on both forces
-    fatigue_criterion: str
+    forces_N: tuple[float, ...]  #: upper, lower
+    safety_factor: SafetyFactor  #: against fatigue, on both forces
     at_mm: Vector
     where: str  #: in words
-    #: mean_MPa, amplitude_MPa: of the signed equivalent stress there
-    mean_MPa: float
+    mean_MPa: float  #: of the signed equivalent stress there, as the amplitude
     amplitude_MPa: float
-    cycles: float | None  #: to failure
-    #: low_cycles, high_cycles: with all strengths lower and higher by `band_percent`
-    low_cycles: float | None
-    high_cycles: float | None
-    #: band_percent, assumed, unlimited, by_strain: as in `CycleLifeFigures`
-    band_percent: float | None
-    assumed: bool | None
-    unlimited: bool | None
-    by_strain: bool | None
+    life: TestLifeFigures | None  #: None where no S–N line is known or can be assumed
 
 
 class CycleFigures(Figures):
@@ -527,6 +524,16 @@ class SurvivalFigures(Figures):
     ends_at_load: WhereKnown[float] = None
 
 
+class SettledFatigueFigures(Figures):
+    """``plastic.fatigue``: over the cycle or a fatigue test, with the mean stress that flow has left."""
+
+    safety_factor: SafetyFactor
+    elastic_safety_factor: SafetyFactor  #: of the elastic stress, wherever that is least
+    where: str  #: of the former, in words
+    elastic_mean_MPa: float  #: there, before flow, as `mean_MPa` after it
+    mean_MPa: float
+
+
 class PlasticFigures(Figures):
     """``plastic``: what becomes of a rod whose elastic stress exceeds yield, turn by turn."""
 
@@ -544,6 +551,7 @@ class PlasticFigures(Figures):
     strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
+    fatigue: WhereKnown[SettledFatigueFigures] = None
 
 
 class PassFigures(Figures):

@@ -5,7 +5,6 @@ from math import isfinite
 
 from fea.analysis.figures import (
     AssemblyFigures,
-    BenchFigures,
     BucklingFigures,
     CaseFigures,
     CycleFigures,
@@ -27,6 +26,7 @@ FATIGUE, LASTING_FLOW = "fatigue", "lasting flow"
 # square of that; single cycles have a peak pressure of 15 % more than the mean, three times the 5 % by which
 # peaks scatter in steady running (Heywood 1988, §9.4.1).
 OVER_REV, SINGLE_CYCLE = 1.10, 1.15
+GIVEN = "the given forces"  # which do not scatter
 _PRESSED = ("gas", "compression")
 
 
@@ -36,8 +36,6 @@ def factors(
     envelope: CycleFigures | None,
     assembly: AssemblyFigures | None = None,
     plastic: PlasticFigures | None = None,
-    *,
-    bench: BenchFigures | None = None,
 ) -> list[SafetyFactor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
@@ -57,8 +55,8 @@ def factors(
         found += [] if plastic else [envelope.min_safety_factor.against("yielding")]
         if envelope.min_fatigue_safety_factor is not None:
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
-    if bench is not None:
-        found.append(bench.fatigue_safety_factor)
+    if plastic is not None and plastic.fatigue is not None:
+        found.append(plastic.fatigue.safety_factor)
     if buckling.min_safety_factor is not None:
         found.append(buckling.min_safety_factor.against("buckling"))
     return found if assembly is None else [*found, *factors_of_assembly(assembly)]
@@ -91,7 +89,6 @@ def survival(
     fatigue_at_most: SafetyFactor | None = None,
     by_duty: bool = False,
     unanalysed: str | None = None,
-    in_engine: bool = True,
     stands_on: str | None = None,
 ) -> SurvivalFigures:
     """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
@@ -100,8 +97,7 @@ def survival(
     the factor against fatigue from the load cases, where the cycle is not computed: below the required factor
     it decides like a factor. Fatigue is judged by its factor or, `by_duty`, by hours; a rod of which it
     is not judged does not survive, however large its other factors are, nor does one with loads that are left
-    out, which `unanalysed` says in words. Only what runs `in_engine` needs a reserve. `stands_on` says for
-    which operation the answer is.
+    out, which `unanalysed` says in words. `stands_on` says for which operation the answer is.
     """
     least = 1.0 if required is None else required
     bounded = fatigue_at_most is not None and fatigue_at_most.answer(least) is SurvivalAnswer.FAILS
@@ -122,7 +118,8 @@ def survival(
         flowed = any(factor.mode == LASTING_FLOW for factor in counted)
         answer = SurvivalAnswer.SHAKES_DOWN if flowed else SurvivalAnswer.NOT_JUDGED
         answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else answer
-        reserve = _no_reserve(governing, least) if in_engine and answer is SurvivalAnswer.SURVIVES else ""
+        scatters = answer is SurvivalAnswer.SURVIVES and stands_on != GIVEN
+        reserve = _no_reserve(governing, least) if scatters else ""
         text = _met(counted, governing, answer, required, reserve)
     if not judged:
         text += f"; fatigue is not judged{_most(fatigue_at_most)}"

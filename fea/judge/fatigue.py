@@ -88,15 +88,13 @@ def _inverse(used: Floats) -> Floats:
 
 
 _NO_LIMIT = (
-    "the metal has no endurance limit: a factor of 1 means {:.3g} cycles{}, and less stress breaks it later "
-    "(material.endurance_cycles)"
+    "the metal has no endurance limit: a factor of 1 means {:.3g} cycles, {:.3g} revolutions of a "
+    "{}-stroke engine, and less stress breaks it later (material.endurance_cycles)"
 )
 
 
-def fatigue_notes(
-    materials: Sequence[Material], criterion: Fatigue, strokes: int | None = 4
-) -> tuple[Note, ...]:
-    """Name the strengths needed by a criterion that were estimated or are missing; no strokes: no engine."""
+def fatigue_notes(materials: Sequence[Material], criterion: Fatigue, strokes: int = 4) -> tuple[Note, ...]:
+    """Name the strengths needed by a criterion that were estimated or are missing."""
     needed = {"endurance_MPa": [material.endurance_limit for material in materials]}
     if criterion is not Fatigue.SODERBERG:  # which uses the yield strength
         needed["ultimate_MPa"] = [material.ultimate_strength for material in materials]
@@ -105,9 +103,7 @@ def fatigue_notes(
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
     limited = dict.fromkeys(material.endurance_cycles or 0.0 for material in materials)
     words = "two" if strokes == 2 else "four"
-    turns = "" if strokes is None else f", {{:.3g}} revolutions of a {words}-stroke engine"
-    each = [(cycles, turns.format(cycles * (strokes or 0) / 2)) for cycles in limited if cycles]
-    said = [_NO_LIMIT.format(*one) for one in each]
+    said = [_NO_LIMIT.format(cycles, cycles * strokes / 2, words) for cycles in limited if cycles]
     notes += [warning(text, "fatigue") for text in said]
     return (*notes, *assumptions("fatigue", _assumed_strength(materials)))
 

@@ -30,21 +30,15 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
-from fea.output.bench_statements import fatigue_test
+from fea.output.bench_statements import fatigue_test, source_of
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, hours_text, number, place, quantity
-from fea.rod.loading import LOWER, UPPER
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5
 # Load cases whose names do not say it in a sentence.
-_CASES = {
-    "given": "under the given forces",
-    "assembly": "after assembly",
-    UPPER: "at the upper force",
-    LOWER: "at the lower force",
-}
+_CASES = {"given": "under the given forces", "assembly": "after assembly"}
 # Keys of the pins' fit in a bore.
 _FITS = {
     "small-end bore": ("contact.small_end_clearance_mm", "contact.small_end_relief_mm"),
@@ -95,10 +89,10 @@ def governs(summary: Summary) -> Iterator[str]:
     edge = _governing_edge(summary)
     if edge is not None:
         mode = f"structural stress at sharp edge {edge.name}{case}; {fillet(edge)}"
+    elif survival.mode == "fatigue" and survival.safety_factor.place and not survival.fatigue_at_most:
+        mode = f"fatigue, {survival.safety_factor.place}"
     elif survival.mode == "fatigue" and envelope is not None and envelope.fatigue is not None:
         mode = f"fatigue, {_spot(envelope.fatigue)}"
-    elif survival.mode == "fatigue" and summary.bench is not None:
-        mode = f"fatigue, {summary.bench.where}, {place(summary.bench.at_mm)}"
     elif survival.mode == "fatigue":
         mode = f"fatigue between the load cases, {survival.fatigue_where}{case}"
     elif survival.mode != "yielding":
@@ -210,7 +204,7 @@ def levers(summary: Summary) -> Iterator[str]:
     weakest = None if summary.governing is None else summary.governing.weakest
     spot = None if summary.envelope is None else summary.envelope.fatigue
     where = ""
-    if survival.mode == "fatigue":
+    if survival.mode == "fatigue" and not survival.safety_factor.place:
         yield from _endurance(summary)
         where = (spot and spot.where) or ""
     elif survival.mode == "yielding" and weakest is not None:
@@ -278,12 +272,8 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     known = life.reliability
     if known is not None and not known.conditional and known.b10_hours is not None:
         return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
-    line = "assumed S–N line" if life.assumed else "S–N line"
-    if life.by_strain:
-        line = f"low-cycle: Coffin–Manson with {'assumed' if life.assumed else 'known'} constants"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
-    of = f"({line}, strength ± {life.band_percent:.0f} %)"
-    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
+    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
 
 
 def lasting(life: CycleLifeFigures) -> str:

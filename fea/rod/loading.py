@@ -100,8 +100,7 @@ class GivenForces:
     """A given pin force loads the rod, which is at rest."""
 
     pin: tuple[float, float]  #: axial and transverse force on the piston-pin bore, N, tension positive
-    #: Of a fatigue test: largest and least axial force, N, between which it goes to and fro, in place of it
-    levels: tuple[float, float] | None = None
+    levels: tuple[float, float] | None = None  #: in place of it, largest and least axial force of a test, N
 
     def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
         """Return the load case there is, or those of a fatigue test, of which one may be without force."""

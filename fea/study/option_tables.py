@@ -38,10 +38,7 @@ class ForcesTable(
 
     pin_N: tuple[float, ...] = key("[-45914.89, 0.0]", "along the rod, and across it", default=MISSING)
     ratio: float | None = key(
-        "-1.25",
-        "R of a fatigue test, least over largest force along the rod; pin_N is the largest, or the least if "
-        "it compresses",
-        require_number,
+        "-1.25", "fatigue test: R, least over largest axial force; pin_N is either of them", require_number
     )
 
     def pin(self) -> tuple[float, float]:
@@ -57,8 +54,8 @@ class ForcesTable(
         (axial, transverse), ratio = self.pin(), self.ratio
         if ratio is None:
             return None
-        rule = "cannot be combined with a transverse force: a test pulls and pushes along the rod"
-        require(transverse == 0, "forces.ratio", ratio, rule, "Set the second number of pin_N to 0.")
+        rule = "needs a force along the rod alone: the second number of pin_N must be 0"
+        require(transverse == 0, "forces.ratio", ratio, rule)
         rule = "must be below 1: the least force over the largest; equal ones make no cycle"
         require(ratio < 1, "forces.ratio", ratio, rule, "Exchange the forces, or leave it out.")
         rule = f"must be below 0 where pin_N ({axial:g} N) compresses, as the largest force is pin_N / ratio"
