@@ -17,7 +17,8 @@ def fatigue_test(summary: Summary) -> Iterator[str]:
     lasts, life = "no S–N line is known or can be assumed", test.life
     if life is not None:
         least, middle, most = (_count(life, each) for each in (life.low, life.cycles, life.high))
-        lasts = f"lasts {least} to {most} cycles, {middle} in the middle {source_of(life)}"
+        about = "" if least == most else f", {middle} in the middle"
+        lasts = f"lasts {' to '.join(dict.fromkeys((least, most)))} cycles{about} {source_of(life)}"
     ratio = test.forces_N[1] / test.forces_N[0]
     yield (
         f"Fatigue test between {low} and {high} (R = {ratio:.3g}): factor {factor(test.safety_factor)} "

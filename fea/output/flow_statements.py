@@ -30,7 +30,8 @@ def flow(summary: Summary) -> Iterator[str]:
         before, after = (quantity(mean, ".0f", "MPa") for mean in (tired.elastic_mean_MPa, tired.mean_MPa))
         yield (
             f"Fatigue after shakedown: factor {factor(tired.safety_factor)} (elastic "
-            f"{factor(tired.elastic_safety_factor)}), {tired.where}, mean {before} before and {after} after."
+            f"{factor(tired.elastic_safety_factor)}), {tired.where}, mean {before} before and {after} "
+            "after (no peening where it flowed)."
         )
 
 

@@ -115,6 +115,11 @@ def test_a_test_is_judged_by_its_factor_and_says_its_cycles(rod):
     assert line in set(full_statements(found, "results"))
     assert line.startswith("Fatigue test between -15 kN and 12 kN (R = -1.25): factor ")
     assert "(S–N line, strength ± 16 %)" in line
+    never = replace(found.bench.life, cycles=None, low=None, high=None)
+    (line,) = fatigue_test(replace(found, bench=replace(found.bench, life=never)))
+    assert "; lasts unlimited cycles (S–N" in line
+    (line,) = fatigue_test(replace(found, bench=replace(found.bench, life=None)))
+    assert line.endswith("no S–N line is known or can be assumed.")
 
 
 RIG = "[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [{}, {}]\nratio = {}\n"
