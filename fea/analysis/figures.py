@@ -323,6 +323,30 @@ class CycleLifeFigures(Figures):
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
+class TestLifeFigures(Figures):
+    """Cycles to failure in a fatigue test; None for no damage, as in `CycleLifeFigures`."""
+
+    cycles: float | None
+    low: float | None  #: with all strengths lower by `band_percent`, as `high` with higher ones
+    high: float | None
+    band_percent: float
+    assumed: bool  #: as in `CycleLifeFigures`, like the next two
+    unlimited: bool
+    by_strain: bool
+
+
+class BenchFigures(Figures):
+    """``bench``: a fatigue test between two forces along the rod, at its worst place."""
+
+    forces_N: tuple[float, ...]  #: upper, lower
+    safety_factor: SafetyFactor  #: against fatigue, on both forces
+    at_mm: Vector
+    where: str  #: in words
+    mean_MPa: float  #: of the signed equivalent stress there, as the amplitude
+    amplitude_MPa: float
+    life: TestLifeFigures | None  #: None where no S–N line is known or can be assumed
+
+
 class CycleFigures(Figures):
     """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
 
@@ -500,6 +524,16 @@ class SurvivalFigures(Figures):
     ends_at_load: WhereKnown[float] = None
 
 
+class SettledFatigueFigures(Figures):
+    """``plastic.fatigue``: over the cycle or a fatigue test, with the mean stress that flow has left."""
+
+    safety_factor: SafetyFactor
+    elastic_safety_factor: SafetyFactor  #: of the elastic stress, wherever that is least
+    where: str  #: of the former, in words
+    elastic_mean_MPa: float  #: there, before flow, as `mean_MPa` after it
+    mean_MPa: float
+
+
 class PlasticFigures(Figures):
     """``plastic``: what becomes of a rod whose elastic stress exceeds yield, turn by turn."""
 
@@ -517,6 +551,7 @@ class PlasticFigures(Figures):
     strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
+    fatigue: WhereKnown[SettledFatigueFigures] = None
 
 
 class PassFigures(Figures):
@@ -739,6 +774,7 @@ class Summary(Figures):
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
+    bench: WhereKnown[BenchFigures] = None  #: of [forces] with a ratio
     plastic: WhereKnown[PlasticFigures] = None  #: where the elastic stress exceeds yield and flow is followed
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

@@ -5,17 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.figures import PlasticFigures
+from fea.analysis.bench import bench_cases
+from fea.analysis.figures import PlasticFigures, SettledFatigueFigures
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.refinement import between, usage
 from fea.analysis.speed_result import SpeedResult
-from fea.analysis.survival import LASTING_FLOW, OVER_REV
+from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
 from fea.base.checks import check
 from fea.base.choices import SolverName
+from fea.base.material import PEENING
 from fea.base.note import Note, assumptions, doubt, omission
 from fea.base.units import DEG, UM
 from fea.judge.case_result import CaseResult, Governing
+from fea.judge.fatigue import fatigue_factor
 from fea.judge.safety_factor import SafetyFactor
+from fea.judge.verdict import peak
 from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
@@ -65,7 +70,8 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     }
     checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
     notes = (*static.notes, *_notes(rod, followed))
-    return replace(static, checks=checks, notes=notes, plastic=_figures(followed, multiple, bar))
+    plastic = replace(_figures(followed, multiple, bar), fatigue=_fatigue(rod, static, followed))
+    return replace(static, checks=checks, notes=notes, plastic=plastic)
 
 
 def _loads(
@@ -134,6 +140,43 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         set_um={"length": followed.lengthening / UM},
         strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
+    )
+
+
+def _fatigue(rod: PreparedRod, result: SpeedResult, followed: FollowedFlow) -> SettledFatigueFigures | None:
+    """Judge the cycle or the test with what flow has left; None without either, or without strengths.
+
+    What is left moves the mean stress and not the amplitude: where compression has yielded, to tension. A
+    benefit counts only if nothing has flowed under load cases beside the cycle. Peening goes where it flows.
+    """
+    material, criterion, cycle = rod.materials[0], rod.options.fatigue, result.cycle
+    cases = [case for case in result.cases.values() if case.load.in_cycle]
+    cases = bench_cases(result.cases) if cycle is None else cases
+    if not followed.settles or not cases or (used := usage(rod, cases)) is None:
+        return None
+    masked, regions, (mean, amplitude, _) = cases[0].error.masked, rod.regions, between(cases)
+    if cycle is not None:
+        masked, regions = ~cycle.counts, cycle.regions
+        mean, amplitude = cycle.envelope.mean, cycle.envelope.amplitude
+    (shift, flowed), names = followed.mean_shift, list(followed.rod.loads)
+    others = result.cases.keys() - {case.load.name for case in cases}
+    if others & {names[number] for number in followed.flow.cases}:
+        shift = np.maximum(shift, 0)
+    surface = regions.factors(material)
+    bare = surface / PEENING if "peened" in material.marin.rest.finish else surface
+    elastic = fatigue_factor(criterion, mean, amplitude, material, surface)
+    settled = fatigue_factor(criterion, mean + shift, amplitude, material, np.where(flowed, bare, surface))
+    if elastic is None or settled is None:
+        return None
+    node, bar = peak(1 / settled, 0 * settled, masked).node, peak(*used, masked).error_percent
+    where = place_name(rod.mesh, node)
+    named = {"mode": FATIGUE, "place": f"after shakedown, {where}"}
+    return SettledFatigueFigures(
+        safety_factor=SafetyFactor.of_stress(float(settled[node]), bar, **named),
+        elastic_safety_factor=SafetyFactor.of_stress(float(elastic[~masked].min()), bar),
+        where=where,
+        elastic_mean_MPa=float(mean[node]),
+        mean_MPa=float(mean[node] + shift[node]),
     )
 
 

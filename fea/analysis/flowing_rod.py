@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from fea.analysis.prepared_rod import PreparedRod
+from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
 from fea.plastic.increment import ElasticBody
 from fea.plastic.zone import Zone
@@ -172,6 +173,26 @@ class FollowedFlow:
         place = np.unravel_index(self.flow.strain.argmax(), self.flow.strain.shape)
         principals = principal(stress[place])
         return float(principals[np.abs(principals).argmax()])
+
+    @property
+    def mean_shift(self) -> tuple[Floats, Mask]:
+        """By how much what is left moves the signed stress, MPa, and whether it has flowed, each (n_nodes,).
+
+        A node has the largest of its elements that have flowed, each where it flowed most, as the loads are
+        raised to what the surface bears. Elsewhere what is left is neglected.
+        """
+        state, zone, whole = self.flow.state, self.zone, self.rod.rod.mesh.mirrored
+        nothing, strain = 0 * state.moved, self.flow.strain
+        path = [zone.stress(u[:, zone.nodes], nothing, zone.virgin) for u in self.rod.displacements]
+        chosen = np.flatnonzero((strain > 0).any(axis=1))
+        points = chosen, strain[chosen].argmax(axis=1)
+        history = deviatoric(np.stack([stress[points] for stress in path], axis=-1))
+        left = deviatoric(zone.stress(nothing, state.moved, state.plastic)[points][..., None])[..., 0]
+        found = np.full(self.moved.shape[:2], -np.inf)
+        nodes = zone.half[chosen, None], self.rod.rod.mesh.cell.tets[zone.element[chosen]]
+        np.maximum.at(found, nodes, mean_shift(history, left)[:, None])
+        own = found[(whole.sign[:, 1] < 0).astype(int) % len(found), whole.source]
+        return np.where(np.isfinite(own), own, 0.0), np.isfinite(own)
 
     @property
     def lengthening(self) -> float:

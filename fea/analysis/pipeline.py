@@ -147,7 +147,7 @@ def prepare(
     materials = study.materials(mesh.parts)
     duty: DutyLoads | None = None
     if study.forces is not None:
-        loading: Loading = GivenForces(study.forces.pin())
+        loading: Loading = GivenForces(study.forces.pin(), study.forces.levels())
     else:
         loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
         if study.duty is not None:

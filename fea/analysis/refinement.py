@@ -97,7 +97,8 @@ class MeshErrors:
         rod, mesh, cases = self._rod, self._rod.mesh.whole, tuple(results.values())
         all_cases, masked = rod.options.all_cases, cases[0].error.masked
         fatigue, fields = list[Peak](), list[Judged]()
-        if rod.options.cycle and len(cases) > 1:
+        tested = rod.study.forces is not None and rod.study.forces.ratio is not None
+        if (rod.options.cycle or tested) and len(cases) > 1:
             if (used := usage(rod, cases)) is not None:
                 fatigue.append(peak(*used, masked))
                 fields.append(used)
@@ -297,13 +298,7 @@ def usage(rod: PreparedRod, cases: Sequence[CaseResult]) -> tuple[Floats, Floats
     that the criterion needs is not known are left out; None where it is known of none.
     """
     mesh, criterion = rod.mesh.whole, rod.options.fatigue
-    rows = np.arange(len(mesh.points))
-    signed = signed_equivalent(deviatoric(np.stack([case.stress for case in cases], axis=-1)))
-    off = np.stack([case.von_mises_error for case in cases], axis=-1)
-    highest, lowest = signed.argmax(axis=1), signed.argmin(axis=1)
-    mean = (signed[rows, highest] + signed[rows, lowest]) / 2
-    half = (signed[rows, highest] - signed[rows, lowest]) / 2
-    error = (off[rows, highest] + off[rows, lowest]) / 2
+    rows, (mean, half, error) = np.arange(len(mesh.points)), between(cases)
     used, more = np.zeros((2, len(rows)))
     for number, material in enumerate(rod.materials):
         of_part = rows if mesh.part is None else np.unique(mesh.tets[mesh.part == number])
@@ -317,3 +312,14 @@ def usage(rod: PreparedRod, cases: Sequence[CaseResult]) -> tuple[Floats, Floats
         larger = own > used[of_part]
         used[of_part[larger]], more[of_part[larger]] = own[larger], (1 / worse - own)[larger]
     return (used, more) if used.any() else None
+
+
+def between(cases: Sequence[CaseResult]) -> tuple[Floats, Floats, Floats]:
+    """Mean and amplitude (n_nodes,) of the signed equivalent stress between cases, and their error, MPa."""
+    rows = np.arange(len(cases[0].stress))
+    signed = signed_equivalent(deviatoric(np.stack([case.stress for case in cases], axis=-1)))
+    off = np.stack([case.von_mises_error for case in cases], axis=-1)
+    highest, lowest = signed.argmax(axis=1), signed.argmin(axis=1)
+    mean = (signed[rows, highest] + signed[rows, lowest]) / 2
+    half = (signed[rows, highest] - signed[rows, lowest]) / 2
+    return mean, half, (off[rows, highest] + off[rows, lowest]) / 2

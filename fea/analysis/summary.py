@@ -10,10 +10,12 @@ from string import ascii_uppercase
 import numpy as np
 
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
+from fea.analysis.bench import bench_cases, bench_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.figures import envelope_figures
 from fea.analysis.figures import (
     AssemblyFigures,
+    BenchFigures,
     BoreFigures,
     BucklingFigures,
     CaseFigures,
@@ -41,13 +43,14 @@ from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.analysis.speed_result import SpeedResult
-from fea.analysis.survival import factors, survival
+from fea.analysis.survival import GIVEN, factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import BAR, DEG, KG_M2, KN
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult, Governing
+from fea.judge.fatigue import fatigue_notes
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, ConvergenceVerdict, peak
@@ -103,6 +106,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     governing = Governing.of(cases)
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     assembly = assembly_figures(rod, result.cases, result.cycle)
+    bench = bench_figures(rod, result)
     summary = summary_of(
         rod,
         passes,
@@ -115,6 +119,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases, result.rpm),
         buckling=buckling.figures,
         plastic=result.plastic,
+        bench=bench,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
         head_clearance=head_clearance(rod, result),
@@ -122,6 +127,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         notes=(
             *result.notes,
             *buckling.notes,
+            *(fatigue_notes(rod.materials, rod.options.fatigue) if bench_cases(result.cases) else ()),
             *onset_notes(assembly),
             *touch_notes(assembly),
             *_bar_notes(rod, result, governing),
@@ -181,6 +187,7 @@ def summary_of(
     buckling: BucklingFigures,
     fatigue: SafetyFactor | None = None,
     plastic: PlasticFigures | None = None,
+    bench: BenchFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
     head_clearance: HeadClearanceFigures | None = None,
@@ -190,12 +197,13 @@ def summary_of(
     """Return the figures of one speed, with those that all speeds of a rod share."""
     life = rod.life
     shown, left_out = by_consequence((*notes, *(() if life is None else life.notes)))
+    tested = [] if bench is None else [bench.safety_factor]
     return Summary(
         study=rod.study.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic),
+            factors(results, buckling, envelope, assembly, plastic) + tested,
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
@@ -220,6 +228,7 @@ def summary_of(
         life=None if life is None else life.figures,
         buckling=buckling,
         plastic=plastic,
+        bench=bench,
         head_clearance=head_clearance,
         assembly=assembly,
         checks=checks,
@@ -326,7 +335,7 @@ def _operation(
     rod: PreparedRod, rpm: float | None, loads: Mapping[str, LoadFigures], assembly: AssemblyFigures | None
 ) -> str:
     """What the rod is judged for, in words."""
-    said = ["the given forces"]
+    said = [GIVEN]
     if isinstance(rod.loading, EngineLoading) and rpm is not None:
         said = [f"{rpm:.0f} rpm"]
         pressed = max((load.gas_N or 0.0 for load in loads.values()), default=0.0)

@@ -26,6 +26,7 @@ FATIGUE, LASTING_FLOW = "fatigue", "lasting flow"
 # square of that; single cycles have a peak pressure of 15 % more than the mean, three times the 5 % by which
 # peaks scatter in steady running (Heywood 1988, §9.4.1).
 OVER_REV, SINGLE_CYCLE = 1.10, 1.15
+GIVEN = "the given forces"  # which do not scatter
 _PRESSED = ("gas", "compression")
 
 
@@ -54,6 +55,8 @@ def factors(
         found += [] if plastic else [envelope.min_safety_factor.against("yielding")]
         if envelope.min_fatigue_safety_factor is not None:
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
+    if plastic is not None and plastic.fatigue is not None:
+        found.append(plastic.fatigue.safety_factor)
     if buckling.min_safety_factor is not None:
         found.append(buckling.min_safety_factor.against("buckling"))
     return found if assembly is None else [*found, *factors_of_assembly(assembly)]
@@ -115,7 +118,8 @@ def survival(
         flowed = any(factor.mode == LASTING_FLOW for factor in counted)
         answer = SurvivalAnswer.SHAKES_DOWN if flowed else SurvivalAnswer.NOT_JUDGED
         answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else answer
-        reserve = _no_reserve(governing, least) if answer is SurvivalAnswer.SURVIVES else ""
+        scatters = answer is SurvivalAnswer.SURVIVES and stands_on != GIVEN
+        reserve = _no_reserve(governing, least) if scatters else ""
         text = _met(counted, governing, answer, required, reserve)
     if not judged:
         text += f"; fatigue is not judged{_most(fatigue_at_most)}"

@@ -186,7 +186,7 @@ _FINISHES = {
 }
 # FKM: K_R = 1 − a_R lg(R_z) lg(2 R_m / R_m,N,min) of steel, with R_z in µm of a rolled or forged skin, and
 # K_V of shot peening, the lower end of its range both for smooth and for notched parts.
-_ROUGHNESS_CONSTANT, _LEAST_STRENGTH, _SKIN_ROUGHNESS, _PEENING = 0.22, 400.0, 200.0, 1.1
+_ROUGHNESS_CONSTANT, _LEAST_STRENGTH, _SKIN_ROUGHNESS, PEENING = 0.22, 400.0, 200.0, 1.1
 # k_c against rotating bending (equation 6-26).
 _LOADS = {Loading.BENDING: 1.0, Loading.AXIAL: 0.85}
 # Standard deviation of the endurance limit, relative to its mean (section 6-9, after Stulen, Cummings &
@@ -204,9 +204,9 @@ def finish_factor(finish: Finish, ultimate: float) -> float:
     times the factor of machined ones; both may exceed 1.
     """
     if finish is Finish.MACHINED_PEENED:
-        return _PEENING * finish_factor(Finish.MACHINED, ultimate)
+        return PEENING * finish_factor(Finish.MACHINED, ultimate)
     if finish is Finish.SHOT_PEENED:
-        return _PEENING * roughness_factor(_SKIN_ROUGHNESS, ultimate)
+        return PEENING * roughness_factor(_SKIN_ROUGHNESS, ultimate)
     a, b = _FINISHES[finish]
     return float(min(1.0, a * ultimate**b))
 

@@ -105,12 +105,22 @@ class Extremes:
 
 def signed_equivalent(history: Floats) -> Floats:
     """Signed von Mises stress (n, n_instants), MPa, of histories as `deviatoric` gives them."""
-    squares, _, _ = _signed_squares(history)
+    squares, *_ = _signed_squares(history)
     return np.asarray(_signed_root(squares))
 
 
-def _signed_squares(history: Floats) -> tuple[Floats, Floats, Ints]:
-    """Signed square and square of the von Mises stress (n, n_instants), and the instant of the largest."""
+def mean_shift(history: Floats, constant: Floats) -> Floats:
+    """By how much (n,), MPa, a constant stress (n, 6) moves the signed stress of histories (n, 6, n).
+
+    It is the part of its deviator along their longest one. Components are as `deviatoric` gives them.
+    """
+    _, square, _, worst = _signed_squares(history)
+    length = np.maximum(np.sqrt(square.max(axis=1)), 1e-300)
+    return np.asarray((worst * constant[:, :5]).sum(axis=1) / length)
+
+
+def _signed_squares(history: Floats) -> tuple[Floats, Floats, Ints, Floats]:
+    """Signed square and square of the von Mises stress (n, n_instants), instant and q of the largest."""
     q, mean = history[:, :5], history[:, 5]
     square = np.einsum("nct,nct->nt", q, q)
     instant = square.argmax(axis=1)
@@ -119,7 +129,7 @@ def _signed_squares(history: Floats) -> tuple[Floats, Floats, Ints]:
     compressed = mean[rows, instant] < -NO_SIGN * np.sqrt(square[rows, instant])
     worst = np.where(compressed[:, None], -worst, worst)
     along = (worst[:, None] @ q)[:, 0]
-    return np.copysign(square, along), square, instant
+    return np.copysign(square, along), square, instant, worst
 
 
 def _signed_root(square: Floats) -> Floats:
@@ -128,7 +138,7 @@ def _signed_root(square: Floats) -> Floats:
 
 def extremes(history: Floats) -> Extremes:
     """Find the extremes of histories (n, 6, n_instants), MPa, as `deviatoric` gives them."""
-    signed, square, instant = _signed_squares(history)
+    signed, square, instant, _ = _signed_squares(history)
     equivalent = np.sqrt(square)
     largest, least = extreme_principals(history, equivalent)
     return Extremes(

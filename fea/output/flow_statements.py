@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from fea.analysis.figures import Summary
-from fea.output.units import number, quantity
+from fea.output.units import factor, number, quantity
 
 # What flow that does not end does.
 _FOLLOWS = {
@@ -26,6 +26,13 @@ def flow(summary: Summary) -> Iterator[str]:
         f"{number(100 * found.max_plastic_strain, '.2g')} % ({found.where}), "
         f"{lasts or f'elastic from turn {found.turns + 1} on'}."
     )
+    if (tired := found.fatigue) is not None:
+        before, after = (quantity(mean, ".0f", "MPa") for mean in (tired.elastic_mean_MPa, tired.mean_MPa))
+        yield (
+            f"Fatigue after shakedown: factor {factor(tired.safety_factor)} (elastic "
+            f"{factor(tired.elastic_safety_factor)}), {tired.where}, mean {before} before and {after} "
+            "after (no peening where it flowed)."
+        )
 
 
 def flow_in_full(summary: Summary) -> Iterator[str]:

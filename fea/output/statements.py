@@ -30,6 +30,7 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
+from fea.output.bench_statements import fatigue_test, source_of
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, hours_text, number, place, quantity
@@ -88,6 +89,8 @@ def governs(summary: Summary) -> Iterator[str]:
     edge = _governing_edge(summary)
     if edge is not None:
         mode = f"structural stress at sharp edge {edge.name}{case}; {fillet(edge)}"
+    elif survival.mode == "fatigue" and survival.safety_factor.place and not survival.fatigue_at_most:
+        mode = f"fatigue, {survival.safety_factor.place}"
     elif survival.mode == "fatigue" and envelope is not None and envelope.fatigue is not None:
         mode = f"fatigue, {_spot(envelope.fatigue)}"
     elif survival.mode == "fatigue":
@@ -201,7 +204,7 @@ def levers(summary: Summary) -> Iterator[str]:
     weakest = None if summary.governing is None else summary.governing.weakest
     spot = None if summary.envelope is None else summary.envelope.fatigue
     where = ""
-    if survival.mode == "fatigue":
+    if survival.mode == "fatigue" and not survival.safety_factor.place:
         yield from _endurance(summary)
         where = (spot and spot.where) or ""
     elif survival.mode == "yielding" and weakest is not None:
@@ -269,12 +272,8 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     known = life.reliability
     if known is not None and not known.conditional and known.b10_hours is not None:
         return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
-    line = "assumed S–N line" if life.assumed else "S–N line"
-    if life.by_strain:
-        line = f"low-cycle: Coffin–Manson with {'assumed' if life.assumed else 'known'} constants"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
-    of = f"({line}, strength ± {life.band_percent:.0f} %)"
-    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
+    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
 
 
 def lasting(life: CycleLifeFigures) -> str:
@@ -431,6 +430,7 @@ STATEMENTS = (
     Statement(governs, governs),
     Statement(flow, flow_in_full, "results"),
     Statement(life, life, "fatigue"),
+    Statement(fatigue_test, fatigue_test, "results"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),

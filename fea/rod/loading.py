@@ -12,7 +12,7 @@ from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
 from loads.gas import GasModel, scaled
-from loads.instants import Instants, given
+from loads.instants import Instants, given, joined
 from loads.trace import absorbed
 
 # Crank cycles that stay in memory, at a tenth of a megabyte each.
@@ -92,17 +92,24 @@ class EngineLoading:
         return found
 
 
+UPPER, LOWER = "upper", "lower"  # load cases of a fatigue test
+
+
 @dataclass(frozen=True)
 class GivenForces:
     """A given pin force loads the rod, which is at rest."""
 
     pin: tuple[float, float]  #: axial and transverse force on the piston-pin bore, N, tension positive
+    levels: tuple[float, float] | None = None  #: in place of it, largest and least axial force of a test, N
 
     def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
-        """Return the one load case there is."""
+        """Return the load case there is, or those of a fatigue test, of which one may be without force."""
         reason = "forces are given"
         spared = (omission("dynamics", reason), omission("inertia of the rod", reason))
-        return SpeedLoads(given(*self.pin)[None], spared)
+        if self.levels is None:
+            return SpeedLoads(given(*self.pin)[None], spared)
+        named = zip((UPPER, LOWER), self.levels, strict=True)
+        return SpeedLoads(joined([given(force).named(name) for name, force in named if force]), spared)
 
 
 Loading = EngineLoading | GivenForces

@@ -37,6 +37,9 @@ class ForcesTable(
     """[forces]: given pin forces instead of an engine."""
 
     pin_N: tuple[float, ...] = key("[-45914.89, 0.0]", "along the rod, and across it", default=MISSING)
+    ratio: float | None = key(
+        "-1.25", "fatigue test: R, least over largest axial force; pin_N is either of them", require_number
+    )
 
     def pin(self) -> tuple[float, float]:
         """Return (axial, transverse), N, tension positive."""
@@ -45,6 +48,19 @@ class ForcesTable(
         rule = "at least one component must not be zero"
         require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), rule)
         return axial, transverse
+
+    def levels(self) -> tuple[float, float] | None:
+        """Return the largest and the least axial force of a fatigue test, N; None where the force rests."""
+        (axial, transverse), ratio = self.pin(), self.ratio
+        if ratio is None:
+            return None
+        rule = "needs a force along the rod alone: the second number of pin_N must be 0"
+        require(transverse == 0, "forces.ratio", ratio, rule)
+        rule = "must be below 1: the least force over the largest; equal ones make no cycle"
+        require(ratio < 1, "forces.ratio", ratio, rule, "Exchange the forces, or leave it out.")
+        rule = f"must be below 0 where pin_N ({axial:g} N) compresses, as the largest force is pin_N / ratio"
+        require(axial > 0 or ratio < 0, "forces.ratio", ratio, rule, "Give the largest force as pin_N.")
+        return (axial, ratio * axial) if axial > 0 else (axial / ratio, axial)
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,9 @@ class Study:
             require(self.scatter is None, "forces.pin_N", given, rule, remedy)
             rule = "cannot be used with [forces], which have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
-            self.forces.pin()
+            rule = "cannot be combined with forces.ratio: a fatigue test counts cycles, and has no speed"
+            alone = self.forces.levels() is None or self.speed.rpm is None
+            require(alone, "speed.rpm", str(self.speed.rpm), rule, "Remove [speed].")
 
     def _require_cycle(self, duty: DutyTable) -> None:
         if duty.rpm is not None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fea import load_study
@@ -9,12 +10,13 @@ from fea.analysis.flow import with_flow
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed, with_cycle
 from fea.analysis.result import run_result
-from fea.base.choices import Element, Symmetry
+from fea.base.choices import Element, Finish, Symmetry
 from fea.base.material import estimated_cyclic_yield
 from fea.machine.clock import Clock
 from fea.output.flow_statements import flow, flow_in_full
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ForcesTable
+from fea.study.speed_tables import SpeedTable
 from geometry.errors import InvalidValue
 
 RPM = 6000.0
@@ -197,3 +199,52 @@ def test_cycles_add_the_instants_that_are_near_yield(mesh, monkeypatch):
     assert set(found.cases) < set(names)
     assert 0 < len(names) - len(found.cases) <= 12
     assert names.index("tension") < names.index("compression")
+
+
+@pytest.fixture(scope="module")
+def pushed(mesh):
+    """A test that mostly compresses, between 20 and −50 kN, whose largest stress is 4 % beyond yield."""
+    rig = replace(STUDY, engine=None, forces=ForcesTable((-50e3, 0.0), -2.5), speed=SpeedTable())
+    largest = max(case.max_von_mises for case in solve_speed(prepare(rig, mesh=mesh), None).cases.values())
+    rig = with_strength(largest / 1.04, study=rig)
+    strengths = {"ultimate_MPa": largest, "endurance_MPa": largest / 2, "surface": Finish.SHOT_PEENED}
+    return replace(rig, material=replace(rig.material, **strengths)), largest
+
+
+def test_what_yields_in_compression_keeps_tension_and_a_lower_factor(pushed, mesh):
+    rig, largest = pushed
+    found = summary_of(rig, mesh, None)
+    tired = found.plastic.fatigue
+    assert found.plastic.state == "shakes down"
+    assert tired.elastic_mean_MPa < 0
+    # Without hardening and flow at one end alone, stress there ends at the yield strength: the mean moves by
+    # what exceeded it, as far as the deviator keeps its direction.
+    excess = largest - largest / 1.04
+    assert tired.mean_MPa - tired.elastic_mean_MPa == pytest.approx(excess, rel=0.05)
+    # Goodman gives a compressive mean no benefit, so that only the peening is lost.
+    assert tired.safety_factor == pytest.approx(tired.elastic_safety_factor / 1.1)
+    assert found.bench.safety_factor == pytest.approx(tired.elastic_safety_factor)
+    lines = list(flow(found))
+    assert lines[1].startswith("Fatigue after shakedown: factor ")
+
+
+def test_a_benefit_is_that_of_the_cycle_alone_and_peening_goes_where_it_flows(mesh, largest):
+    study = with_strength(0.97 * largest, cycle=True, pressure="cosine-180")
+    material = replace(study.material, ultimate_MPa=1.5 * largest, surface=Finish.POLISHED)
+    rod = prepare(replace(study, material=material), mesh=mesh)
+    static = with_cycle(rod, solve_speed(rod, RPM))
+    found = with_flow(rod, static).plastic
+    # It has flowed in tension, which takes mean stress away.
+    assert "tension" in found.cases
+    assert "compression" not in found.cases
+    assert found.fatigue.mean_MPa < found.fatigue.elastic_mean_MPa
+    assert found.fatigue.safety_factor > found.fatigue.elastic_safety_factor
+    # The same flow by a load case that is no instant of the cycle earns nothing.
+    alone = replace(static.cases["tension"].load, speed=np.array(np.nan))
+    cases = static.cases | {"tension": replace(static.cases["tension"], load=alone)}
+    overload = with_flow(rod, replace(static, cases=cases)).plastic.fatigue
+    assert overload.safety_factor == pytest.approx(overload.elastic_safety_factor)
+    peened = replace(material, surface=Finish.SHOT_PEENED, bore_surface=Finish.SHOT_PEENED)
+    rod = prepare(replace(study, material=peened), mesh=mesh)
+    lost = with_flow(rod, with_cycle(rod, solve_speed(rod, RPM))).plastic.fatigue
+    assert lost.safety_factor < lost.elastic_safety_factor
