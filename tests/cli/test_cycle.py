@@ -129,7 +129,7 @@ speed.rpm = [0, 3000]
 def test_a_forged_rod_is_judged_by_the_surface_of_each_region(tmp_path):
     (tmp_path / "forged.toml").write_text(
         """rod.preset = "leon-2001"
-material = { preset = "forged-steel-2005", surface = "as-forged", reliability_percent = 99 }
+material = { preset = "forged-steel-2005", surface = "as-forged", reliability_percent = 99, support = false }
 engine = { stroke_mm = 94, bore_mm = 76, piston_mass_kg = 1.3, gas = "none" }
 mesh.size_mm = 25
 analysis = { cycle = true, pressure = "cosine-180" }

@@ -128,7 +128,7 @@ def test_a_solid_from_a_file_has_the_same_regions(tmp_path):
     path = tmp_path / "rod.step"
     with session():
         path.write_bytes(step_file(table(**features).dimensions))
-    found = meshed(replace(table(), dimensions=None, cad=RodFile(path)))
+    found = meshed(replace(table(), dimensions=None, file=RodFile(path)))
     # Meshed anew: equal but for how the facets divide the curved surfaces.
     assert areas(found) == pytest.approx(areas(meshed(table(**features))), rel=0.02)
 
