@@ -4,7 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from fea.output.stored_run import StoredRun
 from fea.study.study import Study
+from geometry.errors import require
+
+# What is compared: a study that is still to be solved, or a run that was.
+Design = Study | StoredRun
 
 # Tables of a study that say what is compared; the others say by what it is judged.
 _DESIGN = ("rod", "material", "assembly")
@@ -44,8 +49,21 @@ def _flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any
             yield f"{above}{name}", value
 
 
-def judged_alike(studies: Sequence[Study]) -> list[Study]:
-    """Return the studies with everything by which the first one is judged: engine, speed, pins, mesh."""
-    first = studies[0]
+def study_of(design: Design) -> Study:
+    """Return the study of a design."""
+    return design.study if isinstance(design, StoredRun) else design
+
+
+def judged_alike(designs: Sequence[Design]) -> list[Design]:
+    """Return the designs with everything by which the first one is judged: engine, speed, pins, mesh.
+
+    Raises `InvalidValue`: a run was solved by something else.
+    """
+    first = study_of(designs[0])
     same = {name: getattr(first, name) for name in ("engine", "speed", "duty", "forces", "mesh", "analysis")}
-    return [first, *(replace(each, **same, contact=first.contact, film=first.film) for each in studies[1:])]
+    same |= {"contact": first.contact, "film": first.film}
+    for run in (each for each in designs if isinstance(each, StoredRun)):
+        others = [one.key for one in differences([first, run.study]) if not one.of_design]
+        rule = f"is solved, with other {', '.join(others)} than the first"
+        require(not others, "--same", str(run.folder), rule, "Name its study in place of its folder.")
+    return [each if isinstance(each, StoredRun) else replace(each, **same) for each in designs]

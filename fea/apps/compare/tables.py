@@ -164,8 +164,10 @@ def _change(first: Any, second: Any) -> str:
     if not isinstance(first, float) or not isinstance(second, float) or not first:
         return ""
     percent = round(100 * (second / first - 1))
-    change = f"{percent:+} %".replace("-", "−") if percent else "the same"
-    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor) and first != second:
+    if not percent:
+        return "the same"
+    change = f"{percent:+} %".replace("-", "−")
+    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor):
         overlap = first.low <= second.high and second.low <= first.high
         return f"{change}, within the bars" if overlap and first.low < first.high else change
     return change
@@ -179,7 +181,9 @@ def _words(key: str) -> tuple[str, str]:
 
 
 def _value(key: str, value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, int | float):
         return UNKNOWN if value is None else str(value)
     return figure(value, 6, named(key.rpartition(".")[2])[1])
 
@@ -190,6 +194,8 @@ def sentences(found: ComparisonFigures) -> Iterator[str]:
         yield f"{design.name}: {design.summary.survival.text}."
         if design.limits is not None:
             yield f"{design.name}: {design.limits.text}"
+        if design.lacks is not None:
+            yield f"{design.name} was solved without {design.lacks}."
     if not found.assumptions:
         yield "All are judged by the same engine, speed, pins and mesh settings."
     else:
