@@ -17,7 +17,7 @@ from fea.analysis.figures import (
 from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
-from fea.base.units import KN
+from fea.base.units import KN, count_text
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.cycle_life import LONGEST, LOW_CYCLE
 from fea.judge.safety_factor import SurvivalAnswer
@@ -232,7 +232,11 @@ def _endurance(summary: Summary) -> Iterator[str]:
         finish += f", with {number(gain, '.3g')} for the gradient of stress ({without})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
-    what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
+    what = (
+        "Endurance limit"
+        if cycles is None
+        else f"No endurance limit; strength at {count_text(cycles)} cycles"
+    )
     yield f"{what} there: {shown}{estimated}{finish}: endurance_MPa, surface"
 
 
@@ -272,9 +276,10 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     line = "assumed S–N line" if life.assumed else "S–N line"
     if life.by_strain:
         line = f"low-cycle: Coffin–Manson with {'assumed' if life.assumed else 'known'} constants"
-    about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
+    ends = life.cycles is not None and life.cycles <= LONGEST
+    about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
     of = f"({line}, strength ± {life.band_percent:.0f} %)"
-    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
+    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {of}."
 
 
 def lasting(life: CycleLifeFigures) -> str:
@@ -284,8 +289,7 @@ def lasting(life: CycleLifeFigures) -> str:
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
         return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
-    high = "unlimited" if life.high_hours is None else _hours(life.high_hours)
-    return f"{_hours(life.low_hours)} to {high}"
+    return " to ".join(dict.fromkeys((_hours(life.low_hours), _hours(life.high_hours))))
 
 
 def b_lives(known: ReliabilityFigures) -> str:
