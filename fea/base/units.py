@@ -36,10 +36,6 @@ INCH = OTHER_UNITS["mm"]["inches"]
 
 def with_power(text: str) -> str:
     """Return the text of a number with a power of ten in place of its exponent: 5e+08 as 5·10⁸."""
-    mantissa, exponent, power = text.partition("e")
-    return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPTS)}" if exponent else text
-
-
-def count_text(count: float) -> str:
-    """Return a count with three digits, as 10⁷ or 5·10⁸ where it is large."""
-    return with_power(f"{count:.3g}").removeprefix("1·")
+    mantissa, _, power = text.partition("e")
+    times = "" if mantissa == "1" else f"{mantissa}·"
+    return f"{times}10{str(int(power)).translate(SUPERSCRIPTS)}" if power else text

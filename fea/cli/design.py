@@ -366,18 +366,13 @@ def compare(
     require_target("--out", out, (".html",), parents=True)
     limit_threads(threads)
 
-    from fea.apps.compare.differences import study_of
     from fea.apps.compare.run_compare import compare as compared
     from fea.apps.compare.run_compare import named_designs
     from fea.apps.compare.tables import print_comparison, write_page
-    from fea.output.stored_run import StoredRun
 
-    designs = [
-        each if isinstance(each, StoredRun) else flags.applied(each)
-        for each in named_designs(studies, material or ())
-    ]
-    loaded = [study_of(each) for each in designs]
-    if all(isinstance(each, StoredRun) for each in designs):
+    designs = [each.changed(flags.applied) for each in named_designs(studies, material or ())]
+    loaded = [each.study for each in designs]
+    if all(each.run for each in designs):
         given = ", ".join(f"--{name.replace('_', '-')}" for name in flags.given() if name != "units")
         remedy = "Name a study in place of a folder: fea run writes one into each, study.toml."
         require(not given, "STUDY", " ".join(studies), f"are solved already, without {given}", remedy)

@@ -31,7 +31,7 @@ from fea.base.checks import MEANINGS, Check
 from fea.base.choices import Fatigue, Finish
 from fea.base.material import MEDIAN, Basquin, Material, is_steel
 from fea.base.note import Note, assumptions, doubt, warning
-from fea.base.units import count_text
+from fea.base.units import with_power
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -104,7 +104,11 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue, strokes: in
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
     limited = dict.fromkeys(material.endurance_cycles or 0.0 for material in materials)
     words = "two" if strokes == 2 else "four"
-    counts = [(count_text(cycles), count_text(cycles * strokes / 2)) for cycles in limited if cycles]
+    counts = [
+        (with_power(f"{cycles:.3g}"), with_power(f"{cycles * strokes / 2:.3g}"))
+        for cycles in limited
+        if cycles
+    ]
     said = [_NO_LIMIT.format(*count, words) for count in counts]
     notes += [warning(text, "fatigue") for text in said]
     return (*notes, *assumptions("fatigue", _assumed_strength(materials)))

@@ -17,7 +17,7 @@ from fea.analysis.figures import (
 from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
-from fea.base.units import KN, count_text
+from fea.base.units import KN, with_power
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.cycle_life import LONGEST, LOW_CYCLE
 from fea.judge.safety_factor import SurvivalAnswer
@@ -235,7 +235,7 @@ def _endurance(summary: Summary) -> Iterator[str]:
     what = (
         "Endurance limit"
         if cycles is None
-        else f"No endurance limit; strength at {count_text(cycles)} cycles"
+        else f"No endurance limit; strength at {with_power(format(cycles, '.3g'))} cycles"
     )
     yield f"{what} there: {shown}{estimated}{finish}: endurance_MPa, surface"
 

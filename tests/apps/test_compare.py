@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from program import fea
 
-from fea.apps.compare.differences import differences, judged_alike
+from fea.apps.compare.differences import Design, differences, judged_alike
 from fea.apps.compare.run_compare import compare, named_designs
 from fea.apps.compare.tables import _change
 from fea.apps.result import analyse
@@ -39,7 +39,7 @@ def test_a_default_that_is_given_is_no_difference_and_friction_is_an_assumption(
 
 
 def test_judged_alike_leaves_only_the_rods_different():
-    alike = judged_alike([PLAIN, THIN])
+    alike = [one.study for one in judged_alike([Design(PLAIN), Design(THIN)])]
     assert [one.key for one in differences(alike)] == ["rod.web_thickness_mm"]
     assert alike[1].speeds() == PLAIN.speeds()
 
@@ -72,7 +72,7 @@ def test_what_cannot_be_compared_is_refused(names, materials, what):
 def test_limits_of_given_forces_are_refused_before_anything_is_solved():
     still = replace(PLAIN, engine=None)
     with pytest.raises(InvalidValue):
-        compare([PLAIN, still])
+        compare([Design(PLAIN), Design(still)])
 
 
 def test_two_studies_make_a_table_a_page_and_json(tmp_path):
@@ -116,7 +116,13 @@ def test_runs_that_are_solved_are_compared_as_they_are(tmp_path, monkeypatch):
     fast, place = {"mode": "fatigue", "place": "shank", "at_mm": [1, 2, 3]}, tmp_path / "thin-limits"
     fast |= dict.fromkeys(("rpm", "value", "peak_pressure_bar", "bar", "gas_scale", "boost_bar"), 4650.0)
     fast |= dict.fromkeys(("crank_deg", "safe_from"))
-    found = {"schema": "fea/limits/1", "text": "", "largest_rpm": fast, "largest_peak_pressure_bar": None}
+    found = {
+        "schema": "fea/limits/1",
+        "text": "",
+        "required_safety_factor": 1,
+        "largest_rpm": fast,
+        "largest_peak_pressure_bar": None,
+    }
     place.mkdir()
     (place / "summary.json").write_text(json.dumps(found), encoding="utf-8")
     (place / "study.toml").write_bytes((tmp_path / "thin" / "study.toml").read_bytes())

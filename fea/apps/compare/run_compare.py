@@ -9,7 +9,7 @@ from typing import Any
 from fea.analysis.figures import Figures, Summary, WhereKnown
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
-from fea.apps.compare.differences import Design, KeyDifference, differences, judged_alike, study_of
+from fea.apps.compare.differences import Design, KeyDifference, differences, judged_alike
 from fea.apps.limits.explore import explore, limited_speeds
 from fea.apps.limits.figures import LargestValue, largest_values, words
 from fea.machine.clock import Clock
@@ -17,10 +17,11 @@ from fea.output.report.found_limits import limits_beside
 from fea.output.run_summary import STUDY
 from fea.output.stored_run import StoredRun, read_figures
 from fea.study.material_table import MaterialTable
-from fea.study.study import Study, load_study, shipped_studies
+from fea.study.study import load_study, shipped_studies
 from geometry.errors import require
 
 MOST = 6  # studies, whose columns a page has room for
+_ENDS = ("largest_rpm", "largest_peak_pressure_bar")
 
 
 class LimitsOfDesign(Figures):
@@ -67,26 +68,23 @@ def named_designs(names: Sequence[str], materials: Sequence[str] = ()) -> list[D
     require(2 <= count <= MOST, of, count, f"must be 2 to {MOST}", remedy)
     if not materials:
         designs = [_design(name) for name in names]
-        found = [study_of(design).name for design in designs]
-        titles = names if len(set(found)) < len(found) else found
-        return [_titled(design, title) for design, title in zip(designs, titles, strict=True)]
+        twice = len({design.study.name for design in designs}) < len(designs)
+        titles = names if twice else [design.study.name for design in designs]
+        named = [replace(design.study, name=title) for design, title in zip(designs, titles, strict=True)]
+        return [Design(study, design.run) for study, design in zip(named, designs, strict=True)]
     study = load_study(names[0])
     tables = [MaterialTable(preset=material) for material in materials]
     return [
-        replace(study, name=f"{study.name}, {material}", material=table)
+        Design(replace(study, name=f"{study.name}, {material}", material=table))
         for material, table in zip(materials, tables, strict=True)
     ]
 
 
 def _design(name: str) -> Design:
     if name in shipped_studies() or not Path(name).is_dir():
-        return load_study(name)
-    return _titled(read_figures(Path(name)), Path(name).resolve().name)
-
-
-def _titled(design: Design, title: str) -> Design:
-    study = replace(study_of(design), name=title)
-    return replace(design, study=study) if isinstance(design, StoredRun) else study
+        return Design(load_study(name))
+    run = read_figures(Path(name))
+    return Design(replace(run.study, name=run.folder.resolve().name), run)
 
 
 def compare(
@@ -104,21 +102,15 @@ def compare(
     """
     designs = judged_alike(designs) if alike else list(designs)
     if limits:
-        designs = [
-            each if isinstance(each, StoredRun) else each.with_(analysis={"cycle": True}) for each in designs
-        ]
-    for study in (each for each in designs if isinstance(each, Study)):
+        designs = [each.changed(lambda study: study.with_(analysis={"cycle": True})) for each in designs]
+    for study in (each.study for each in designs if each.run is None):
         study.require_plausible()
         study.require_loading()
         if limits:
             limited_speeds(study)
-    differ = differences([study_of(each) for each in designs])
-    solved = [
-        _stored(each) if isinstance(each, StoredRun) else _solved(each, listener, limits=limits)
-        for each in designs
-    ]
+    differ = differences([each.study for each in designs])
     return ComparisonFigures(
-        designs=tuple(solved),
+        designs=tuple(_found(each, listener, limits=limits) for each in designs),
         dimensions=_by_key([one for one in differ if one.of_design]),
         assumptions=_by_key([one for one in differ if not one.of_design]),
     )
@@ -128,23 +120,25 @@ def _by_key(found: Sequence[KeyDifference]) -> dict[str, tuple[Any, ...]]:
     return {one.key: one.values for one in found}
 
 
-def _stored(run: StoredRun) -> ComparedDesign:
+def _stored(run: StoredRun, name: str) -> ComparedDesign:
     raw, study, without = limits_beside(run.folder, run.study), quote(str(run.folder / STUDY)), []
     if run.summary.rpm is not None and run.summary.envelope is None:
         without.append(f"the crank cycle (fea run {study} --cycle --out {quote(str(run.folder))})")
     of = None
-    if raw is not None:
-        ends = {
-            key: raw[key] and LargestValue(**raw[key]) for key in ("largest_rpm", "largest_peak_pressure_bar")
-        }
+    if raw is not None and raw["required_safety_factor"] == (run.study.analysis.min_safety or 1.0):
+        ends = {key: raw[key] and LargestValue(**raw[key]) for key in _ENDS}
         of = LimitsOfDesign(text=raw["text"], **ends)
     elif run.study.engine is not None:
         without.append(f"limits (fea limits {study} --out {quote(str(run.folder))}-limits)")
     lacks = " and ".join(without) or None
-    return ComparedDesign(name=run.study.name, summary=run.summary, limits=of, lacks=lacks)
+    return ComparedDesign(name=name, summary=run.summary, limits=of, lacks=lacks)
 
 
-def _solved(study: Study, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
+def _found(design: Design, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
+    study = design.study
+    if design.run is not None:
+        return _stored(design.run, study.name)
+
     def show(stage: str) -> None:
         if listener is not None:
             listener(f"{study.name}: {stage}")

@@ -164,10 +164,8 @@ def _change(first: Any, second: Any) -> str:
     if not isinstance(first, float) or not isinstance(second, float) or not first:
         return ""
     percent = round(100 * (second / first - 1))
-    if not percent:
-        return "the same"
-    change = f"{percent:+} %".replace("-", "−")
-    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor):
+    change = f"{percent:+} %".replace("-", "−") if percent else "the same"
+    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor) and percent:
         overlap = first.low <= second.high and second.low <= first.high
         return f"{change}, within the bars" if overlap and first.low < first.high else change
     return change
@@ -181,9 +179,7 @@ def _words(key: str) -> tuple[str, str]:
 
 
 def _value(key: str, value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if not isinstance(value, int | float):
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return UNKNOWN if value is None else str(value)
     return figure(value, 6, named(key.rpartition(".")[2])[1])
 

@@ -36,14 +36,15 @@ def found_limits(run_folder: Path, study: Study) -> dict[str, FoundLimit]:
 def limits_beside(run_folder: Path, study: Study) -> JsonObject | None:
     """Return what `fea limits` wrote of a study into a folder beside that of its run.
 
-    A folder is taken whose name has ``limits`` in it and whose study has the same rod, material, engine,
-    bolts, required factor and pins. Of several the newest counts.
+    A folder is taken whose name has ``limits`` in it and whose study has the same rod, material, engine and
+    bolts. Of several the newest counts.
     """
+    own = study.as_dict()
     for folder in sorted(_folders(run_folder), key=lambda folder: -(folder / SUMMARY).stat().st_mtime):
         with suppress(OSError, ValueError, InvalidValue):
             figures = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-            ours = str(figures.get("schema")).startswith(_SCHEMA)
-            if ours and _alike(study, load_study(folder / STUDY)):
+            other = load_study(folder / STUDY).as_dict()
+            if str(figures.get("schema")).startswith(_SCHEMA) and _alike(own, other):
                 return dict(figures)
     return None
 
@@ -55,11 +56,8 @@ def _folders(run_folder: Path) -> Iterator[Path]:
             yield from (path.parent for path in above.glob(f"*limits*/{SUMMARY}"))
 
 
-def _alike(own: Study, other: Study) -> bool:
-    tables, others = own.as_dict(), other.as_dict()
-    required, pins = own.analysis.min_safety or 1.0, own.analysis.pin_load
-    judged = required == (other.analysis.min_safety or 1.0) and pins == other.analysis.pin_load
-    return judged and all(tables.get(name) == others.get(name) for name in _SAME)
+def _alike(own: JsonObject, other: JsonObject) -> bool:
+    return all(own.get(name) == other.get(name) for name in _SAME)
 
 
 def _read(figures: JsonObject) -> dict[str, FoundLimit]:
