@@ -135,8 +135,8 @@ def test_a_heavier_piston_takes_what_its_inertia_adds(run):
 
 
 def test_the_sheet_says_what_was_solved(run):
-    lenient = replace(run.summary.survival, required_safety_factor=0.6, answer="undecided")
-    asked = replace(run, study=run.study.with_(analysis={"min_safety": 0.6}))
+    lenient = replace(run.summary.survival, required_safety_factor=0.5, answer="undecided")
+    asked = replace(run, study=run.study.with_(analysis={"min_safety": 0.5}))
     asked = replace(asked, summary=replace(run.summary, survival=lenient))
     solved = replace(asked, what_if=what_if(asked, Clock()))
     assert solved.what_if.assumed[0].text.startswith("dimensions there")
