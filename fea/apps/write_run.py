@@ -137,8 +137,7 @@ def _with_what_if(written: WrittenRun, found: RunResult, clock: Clock) -> None:
     from fea.apps.what_if.solve import what_if  # noqa: PLC0415 - only a report needs it
     from fea.output.report.page import write_report  # noqa: PLC0415 - only a report needs it
 
-    found = dataclasses.replace(found, summary=written.summary, what_if=what_if(found, clock))
-    write_report(written.folder / REPORT, found)
+    write_report(written.folder / REPORT, dataclasses.replace(found, what_if=what_if(found, clock)))
 
 
 def _write_one(

@@ -374,8 +374,8 @@ def compare(
     loaded = [each.study for each in designs]
     if all(each.run for each in designs):
         given = ", ".join(f"--{name.replace('_', '-')}" for name in flags.given() if name != "units")
-        remedy = "Name a study in place of a folder: fea run writes one into each, study.toml."
-        require(not given, "STUDY", " ".join(studies), f"are solved already, without {given}", remedy)
+        rule, remedy = f"are solved already, without {given}", "Name the study in a folder: study.toml."
+        require(not given, "STUDY", " ".join(studies), rule, remedy)
     if out is None:
         names = "-".join(study.name for study in loaded)
         out = Path("results") / f"compare-{re.sub(r'[^A-Za-z0-9.]+', '-', names)[:_LONGEST]}.html"

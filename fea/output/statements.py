@@ -227,7 +227,7 @@ def _endurance(summary: Summary) -> Iterator[str]:
     surfaces = [surface for surface in regions if surface is not None]
     finish = f" ({_finish(surfaces[0])})" if surfaces else ""
     least, gain = envelope.min_fatigue_safety_factor_without_support, spot.support_factor
-    if least is not None and gain is not None:
+    if least is not None and gain is not None and f"{gain:.3g}" != "1":
         without = f"without it the factor is {number(least, '.3g')}"
         finish += f", with {number(gain, '.3g')} for the gradient of stress ({without})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")

@@ -58,10 +58,7 @@ class Design(NamedTuple):
 
 
 def judged_alike(designs: Sequence[Design]) -> list[Design]:
-    """Return the designs with everything by which the first one is judged: engine, speed, pins, mesh.
-
-    Raises `InvalidValue`: a run was solved by something else.
-    """
+    """Return designs judged as the first is: engine, speed, pins, mesh. `InvalidValue`: a run is not."""
     first = designs[0].study
     names = ("engine", "speed", "duty", "forces", "mesh", "analysis", "contact", "film")
     same = {name: getattr(first, name) for name in names}
