@@ -16,6 +16,7 @@ SCHEMA = "fea/summary/1"
 
 Known = TypeVar("Known")
 ONLY_WHERE_KNOWN = "only where known"
+_ROUNDING = 1e-9
 WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
 
 # Units at the end of a name, longer ones first, in the units of the program.
@@ -29,18 +30,25 @@ _UNITS = {
 class Figures:
     """Figures for JSON: every subclass is a frozen dataclass, whose fields are given by name.
 
-    Safety factors that are given as plain numbers have no error bar.
+    Safety factors that are given as plain numbers have no error bar. Forces, stresses and lengths below
+    10⁻⁹ N, MPa or mm are what rounding leaves of nothing, and become 0.
     """
 
     factor_names: ClassVar[tuple[str, ...]] = ()  #: names of the fields that are safety factors
+    rounded_names: ClassVar[tuple[str, ...]] = ()  #: names of forces, stresses and lengths
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
-        cls.factor_names = tuple(field.name for field in fields(cls) if _is_factor(field.type))  # type: ignore[arg-type]
+        every = fields(cls)  # type: ignore[arg-type]
+        cls.factor_names = tuple(field.name for field in every if _is_factor(field.type))
+        cls.rounded_names = tuple(field.name for field in every if field.name.endswith(("_N", "_MPa", "_mm")))
 
     def __post_init__(self) -> None:
         for name in self.factor_names:
             object.__setattr__(self, name, without_bar(getattr(self, name)))
+        for name in self.rounded_names:
+            if isinstance(value := getattr(self, name), float) and abs(value) < _ROUNDING:
+                object.__setattr__(self, name, 0.0)
 
 
 def _is_factor(hint: Any) -> bool:

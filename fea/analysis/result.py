@@ -115,6 +115,10 @@ class WhatIf(NamedTuple):
 
     assumed: tuple[Change, ...] = ()  #: of values that are assumed
     remedies: tuple[str, ...] = ()  #: what would make the rod pass, in words
+    left_out: str = ""  #: why some of it was not solved
+
+
+ELSEWHERE = WhatIf(left_out="Other assumptions are solved in the report of the governing speed only.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,7 @@ from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.result import ELSEWHERE
 from fea.apps.what_if.solve import REFUSALS, what_if
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
@@ -28,6 +29,7 @@ from fea.output.pictures.picture import ready_to_draw
 from fea.output.report.page import write_report, write_sheet
 from fea.output.report.pdf import write_pdf
 from fea.output.report.sections import marks
+from fea.output.run_summary import governing_run
 from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
@@ -119,7 +121,8 @@ def report_run(
     rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {runs[0]}."
     require(out is None or runs == [folder], "--out", None if out is None else str(out), rule, remedy)
     with nullcontext() if sheet else ready_to_draw():
-        pages = [_page(run, clock, units, out, sheet=sheet, alone=len(runs) == 1) for run in runs]
+        worst = governing_run(folder)[0]
+        pages = [_page(run, clock, units, out, sheet=sheet, governs=run == worst) for run in runs]
     if not pdf:
         return pages
     for page in pages:
@@ -129,7 +132,7 @@ def report_run(
 
 
 def _page(
-    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None, *, sheet: bool, alone: bool
+    folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None, *, sheet: bool, governs: bool
 ) -> Path:
     with clock("read"):
         run = read_run(folder)
@@ -138,7 +141,7 @@ def _page(
         run = _with_motion(run, cycle, clock)
     if run.fields and run.summary.film and not sheet:
         run = _with_films(run, run.summary.film, clock)
-    run = replace(run, what_if=what_if(run, clock)) if alone else run
+    run = replace(run, what_if=what_if(run, clock) if governs else ELSEWHERE)
     page = out or folder / (SHEET if sheet else REPORT)
     with clock("report"), shown_in(units or run.study.output.units):
         (write_sheet if sheet else write_report)(page, run, folder)

@@ -129,14 +129,19 @@ class Result(RunResult):
         """Write what ``fea run`` writes into a folder, all or nothing, and return it.
 
         The folder is new, or holds nothing but an earlier run, which is replaced. Each result is drawn on
-        request, or where the study asks for it; a report shows the crank cycle if it was analysed with
-        ``report=True``. Raises `OccupiedError`: the folder holds something other than an earlier run;
-        `StorageError`: the disk, a permission or the file system refused; `PictureError`: this machine cannot
-        draw; the folder is as it was before.
+        request, or where the study asks for it; a report solves what assumptions change, which takes about as
+        long as a refined analysis, and shows the crank cycle if it was analysed with ``report=True``. Raises
+        `OccupiedError`: the folder holds something other than an earlier run; `StorageError`: the disk, a
+        permission or the file system refused; `PictureError`: this machine cannot draw; the folder is as it
+        was before.
         """
         asked = self.study.output.screenshot if screenshot is None else screenshot
         output = replace(self.study.output, screenshot=asked, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
+        if report:
+            from fea.apps.what_if.solve import what_if  # noqa: PLC0415 - only a report needs it
+
+            drawn = replace(drawn, what_if=what_if(drawn, Clock()))
         with shown_in(output.units), run_folder(Path(folder)) as place:
             _, without_pictures = write_run(place, drawn, Clock())
             if without_pictures:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
 from fea.analysis.pipeline import RefinedRod, refined_rod
-from fea.analysis.result import RunResult, gathered_result, run_result
+from fea.analysis.result import ELSEWHERE, RunResult, gathered_result, run_result
 from fea.analysis.speed_result import SpeedResult
 from fea.machine.clock import Clock, Listener
-from fea.output.folder import run_folder
+from fea.output.folder import REPORT, run_folder
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.plots.forces import plot_speed_map
 from fea.output.run_files import write_run
@@ -37,6 +37,9 @@ class WrittenRun:
     without_pictures: str = ""  #: why pictures or the animation are missing although they were asked for
     film: Path | None = None  #: the animation's file
     frames: bytes = b""  #: what it holds
+
+
+OneRun = tuple[WrittenRun, SpeedResult, RunResult]
 
 
 def write_runs(
@@ -82,9 +85,15 @@ def _write_all(
             sweep = SpeedSweep(prepared.rod, speeds)
     critical = opening_speeds(prepared.rod, speeds) or None if sweep is None else sweep.critical
     if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
-        reports = _write_worst(study, prepared, sweep, places, clock)
+        reports, worst = _write_worst(study, prepared, sweep, places, clock)
     else:
-        reports = [_write_one(study, prepared, critical, place, clock)[0] for place in places]
+        reports, worst = list[WrittenRun](), None
+        for place in places:
+            each = _write_one(study, prepared, critical, place, clock)
+            reports.append(each[0])
+            worst = each if worst is None else min(worst, each, key=_assured)
+    if study.output.report and worst is not None:
+        _with_what_if(worst[0], worst[2], clock)
     above, summaries = places[0].folder.parent, [report.summary for report in reports]
     write_text(above / CASE_MAP, csv_text(case_rows(summaries)))
     found = speed_map(summaries)
@@ -98,7 +107,7 @@ def _write_all(
 
 def _write_worst(
     study: Study, prepared: RefinedRod, sweep: SpeedSweep, places: "Sequence[RunPlace]", clock: Clock
-) -> list[WrittenRun]:
+) -> tuple[list[WrittenRun], OneRun]:
     full = {
         place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
         for place in places
@@ -116,7 +125,19 @@ def _write_worst(
         found = gathered_result(study, prepared.rod, summary)
         written, _ = write_run(place.folder, found, clock, shared_files=_shared(study))
         reports.append(WrittenRun(place.folder, written))
-    return reports
+    return reports, min(full.values(), key=_assured)
+
+
+def _assured(run: OneRun) -> float:
+    return run[0].summary.survival.assured_safety_factor
+
+
+def _with_what_if(written: WrittenRun, found: RunResult, clock: Clock) -> None:
+    """Write the report of the speed that governs again, with what only that speed is solved for."""
+    from fea.apps.what_if.solve import what_if  # noqa: PLC0415 - only a report needs it
+    from fea.output.report.page import write_report  # noqa: PLC0415 - only a report needs it
+
+    write_report(written.folder / REPORT, dataclasses.replace(found, what_if=what_if(found, clock)))
 
 
 def _write_one(
@@ -125,13 +146,13 @@ def _write_one(
     critical: Mapping[str, float | None] | None,
     place: "RunPlace",
     clock: Clock,
-) -> tuple[WrittenRun, SpeedResult]:
+) -> OneRun:
     solved = prepared.at(place.rpm)
-    found = run_result(study, prepared, solved)
+    found = dataclasses.replace(run_result(study, prepared, solved), what_if=ELSEWHERE)
     if critical is not None:
         summary = dataclasses.replace(found.summary, critical_speeds_rpm=critical)
         found = dataclasses.replace(found, summary=summary)
-    return _write(found, prepared, place, clock, shared_files=_shared(study)), solved
+    return _write(found, prepared, place, clock, shared_files=_shared(study)), solved, found
 
 
 def _write(

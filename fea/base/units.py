@@ -21,6 +21,8 @@ M_S2 = 1e3
 DEG = math.pi / 180
 RPM = 2 * math.pi / 60
 
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
 _DATA = shipped_toml("base/units.toml")
 # How the units at the ends of keys are written, where that is otherwise.
 WRITTEN: dict[str, str] = _DATA["written"]
@@ -30,3 +32,10 @@ OTHER_UNITS: dict[str, dict[str, float]] = _DATA["other"]
 # where the other is 0, if not 0.
 US_CUSTOMARY: dict[str, tuple[str, float] | tuple[str, float, float]] = _DATA["us"]
 INCH = OTHER_UNITS["mm"]["inches"]
+
+
+def with_power(text: str) -> str:
+    """Return the text of a number with a power of ten in place of its exponent: 5e+08 as 5·10⁸."""
+    mantissa, _, power = text.partition("e")
+    times = "" if mantissa == "1" else f"{mantissa}·"
+    return f"{times}10{str(int(power)).translate(SUPERSCRIPTS)}" if power else text

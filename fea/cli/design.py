@@ -347,12 +347,13 @@ def compare(
     threads: Threads = None,
     printing: Printing = USUAL,
 ) -> int:
-    """Compare two to six studies, or one study in several materials: what differs, and what that does.
+    """Compare two to six studies or runs, or one study in several materials: what differs and what it does.
 
     Parameters
     ----------
     studies
-        Shipped studies or TOML files; each is run at its highest speed.
+        Shipped studies or TOML files, each of which is run at its highest speed, or folders that fea run
+        wrote, which are taken as they are.
     material
         Two to six materials in which one study is compared.
     same
@@ -366,18 +367,24 @@ def compare(
     limit_threads(threads)
 
     from fea.apps.compare.run_compare import compare as compared
-    from fea.apps.compare.run_compare import named_studies
+    from fea.apps.compare.run_compare import named_designs
     from fea.apps.compare.tables import print_comparison, write_page
 
-    loaded = [flags.applied(study) for study in named_studies(studies, material or ())]
+    designs = [each.changed(flags.applied) for each in named_designs(studies, material or ())]
+    loaded = [each.study for each in designs]
+    if all(each.run for each in designs):
+        given = ", ".join(f"--{name.replace('_', '-')}" for name in flags.given() if name != "units")
+        rule, remedy = f"are solved already, without {given}", "Name the study in a folder: study.toml."
+        require(not given, "STUDY", " ".join(studies), rule, remedy)
     if out is None:
         names = "-".join(study.name for study in loaded)
         out = Path("results") / f"compare-{re.sub(r'[^A-Za-z0-9.]+', '-', names)[:_LONGEST]}.html"
     with stages(silent=printing.silent) as listener:
-        found = compared(loaded, listener, alike=same, limits=limits)
-    with shown_in(loaded[0].output.units):
+        found = compared(designs, listener, alike=same, limits=limits)
+    shown = Flags(units=flags.given().get("units")).applied(loaded[0])
+    with shown_in(shown.output.units):
         write_page(out, found)
-    printing.show(found, lambda: print_comparison(found), loaded[0], (near(out),))
+    printing.show(found, lambda: print_comparison(found), shown, (near(out),))
     answers = {SurvivalAnswer(one.summary.survival.answer) for one in found.designs}
     if not found.trusted:
         return CHECK_FAILED

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+from fea.base.units import with_power
 from fea.cli.options import Json, print_json, print_written
 from fea.output.json_file import json_text
 from fea.output.target import require_target
@@ -98,7 +99,10 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
     if name is None:
         sys.stdout.write(_ROW.format("", "E", "yield", "ultimate", "endurance", "cycles", "also"))
         for material in shown:
-            cells = (f"{material.figures[key]:g}" if key in material.figures else "–" for key in _LISTED)
+            cells = (
+                with_power(f"{material.figures[key]:g}") if key in material.figures else "–"
+                for key in _LISTED
+            )
             sys.stdout.write(_ROW.format(material.name, *cells, ", ".join(material.also)))
     else:
         (material,) = shown
@@ -107,7 +111,7 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
         )
         for key, value in material.figures.items():
             words, unit = unit_of(key)
-            sys.stdout.write(f"  {words}: {value:g} {unit}".rstrip() + "\n")
+            sys.stdout.write(f"  {words}: {with_power(f'{value:g}')} {unit}".rstrip() + "\n")
         sys.stdout.write(f"Source: {material.source}\n")
     sys.stdout.write(_CONDITIONS)
 

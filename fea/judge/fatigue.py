@@ -31,6 +31,7 @@ from fea.base.checks import MEANINGS, Check
 from fea.base.choices import Fatigue, Finish
 from fea.base.material import MEDIAN, Basquin, Material, is_steel
 from fea.base.note import Note, assumptions, doubt, warning
+from fea.base.units import with_power
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -88,7 +89,7 @@ def _inverse(used: Floats) -> Floats:
 
 
 _NO_LIMIT = (
-    "the metal has no endurance limit: a factor of 1 means {:.3g} cycles, {:.3g} revolutions of a "
+    "the metal has no endurance limit: a factor of 1 means {} cycles, {} revolutions of a "
     "{}-stroke engine, and less stress breaks it later (material.endurance_cycles)"
 )
 
@@ -103,7 +104,12 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue, strokes: in
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
     limited = dict.fromkeys(material.endurance_cycles or 0.0 for material in materials)
     words = "two" if strokes == 2 else "four"
-    said = [_NO_LIMIT.format(cycles, cycles * strokes / 2, words) for cycles in limited if cycles]
+    counts = [
+        (with_power(f"{cycles:.3g}"), with_power(f"{cycles * strokes / 2:.3g}"))
+        for cycles in limited
+        if cycles
+    ]
+    said = [_NO_LIMIT.format(*count, words) for count in counts]
     notes += [warning(text, "fatigue") for text in said]
     return (*notes, *assumptions("fatigue", _assumed_strength(materials)))
 

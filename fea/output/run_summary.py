@@ -27,15 +27,20 @@ def run_summary(folder: Path) -> Summary:
     return summary
 
 
+def governing_run(folder: Path) -> tuple[Path, Summary]:
+    """Return the folder of a run, of several speeds the worst, and its summary; raises as `run_summary`."""
+    one = (folder / SUMMARY).is_file()
+    speeds = [] if one else sorted(place.parent for place in folder.glob(f"*/{SUMMARY}"))
+    runs = [(place, run_summary(place)) for place in speeds or [folder]]
+    return min(runs, key=lambda run: run[1].survival.assured_safety_factor)
+
+
 def governing_file(folder: Path) -> tuple[Path, Summary]:
     """Return the result file that shows what governs a run, of several speeds the worst, and its summary.
 
     Raises `InvalidValue`: see `run_summary`, or its fields were not kept.
     """
-    one = (folder / SUMMARY).is_file()
-    speeds = [] if one else sorted(place.parent for place in folder.glob(f"*/{SUMMARY}"))
-    runs = [(place, run_summary(place)) for place in speeds or [folder]]
-    place, summary = min(runs, key=lambda run: run[1].survival.assured_safety_factor)
+    place, summary = governing_run(folder)
     vtu, rule = place / f"{summary.governing_result}.vtu", "is missing, which shows what governs"
     require(vtu.is_file(), "RUN", str(vtu), rule, AGAIN)
     return vtu, summary

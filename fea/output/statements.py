@@ -17,7 +17,7 @@ from fea.analysis.figures import (
 from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
-from fea.base.units import KN
+from fea.base.units import KN, with_power
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.cycle_life import LONGEST, LOW_CYCLE
 from fea.judge.safety_factor import SurvivalAnswer
@@ -230,12 +230,16 @@ def _endurance(summary: Summary) -> Iterator[str]:
     surfaces = [surface for surface in regions if surface is not None]
     finish = f" ({_finish(surfaces[0])})" if surfaces else ""
     least, gain = envelope.min_fatigue_safety_factor_without_support, spot.support_factor
-    if least is not None and gain is not None:
+    if least is not None and gain is not None and f"{gain:.3g}" != "1":
         without = f"without it the factor is {number(least, '.3g')}"
         finish += f", with {number(gain, '.3g')} for the gradient of stress ({without})"
     shown = quantity(spot.endurance_MPa, ".4g", "MPa")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
-    what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
+    what = (
+        "Endurance limit"
+        if cycles is None
+        else f"No endurance limit; strength at {with_power(format(cycles, '.3g'))} cycles"
+    )
     yield f"{what} there: {shown}{estimated}{finish}: endurance_MPa, surface"
 
 
@@ -272,8 +276,9 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     known = life.reliability
     if known is not None and not known.conditional and known.b10_hours is not None:
         return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
-    about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
-    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
+    ends = life.cycles is not None and life.cycles <= LONGEST
+    about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
+    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
 
 
 def lasting(life: CycleLifeFigures) -> str:
@@ -283,8 +288,7 @@ def lasting(life: CycleLifeFigures) -> str:
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
         return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
-    high = "unlimited" if life.high_hours is None else _hours(life.high_hours)
-    return f"{_hours(life.low_hours)} to {high}"
+    return " to ".join(dict.fromkeys((_hours(life.low_hours), _hours(life.high_hours))))
 
 
 def b_lives(known: ReliabilityFigures) -> str:

@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from typing import NamedTuple, TypeVar
 
 from fea.base.choices import UnitSystem
-from fea.base.units import KN, US_CUSTOMARY
+from fea.base.units import KN, SUPERSCRIPTS, US_CUSTOMARY, with_power
 from fea.judge.safety_factor import printed
 from fea.study.tables import unit_of
 from geometry.arrays import Floats
@@ -73,8 +73,7 @@ def in_unit(value: AnyNumber, name: str) -> AnyNumber:
 UNKNOWN = "–"
 # Figures in sentences have at least these digits after a conversion where they had them before.
 _DIGITS = 3
-_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_DIGITS_OF = {superscript: digit for digit, superscript in _SUPERSCRIPTS.items()} | {ord("−"): "-"}
+_DIGITS_OF = {superscript: digit for digit, superscript in SUPERSCRIPTS.items()} | {ord("−"): "-"}
 
 
 def number(value: float | None, form: str, name: str = "", *, digits: int = 0, coarser: int = 0) -> str:
@@ -96,9 +95,7 @@ def quantity(value: float | None, form: str, name: str) -> str:
 
 def figure(value: float | None, digits: int = 4, name: str = "") -> str:
     """Return a number with so many significant digits in its own unit, and a proper minus."""
-    mantissa, power, exponent = number(value, f".{digits}g", name).partition("e")
-    power = f"·10{str(int(exponent)).translate(_SUPERSCRIPTS)}" if power else ""
-    return f"{mantissa}{power}".replace("-", "−")
+    return with_power(number(value, f".{digits}g", name)).replace("-", "−")
 
 
 def coordinates(at: Iterable[float]) -> str:

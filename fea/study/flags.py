@@ -72,15 +72,20 @@ class Flags:
     def __init__(self, **values: Any) -> None:
         vars(self).update(values)
 
-    def applied(self, study: Study) -> Study:
-        """Return the study with flags on top. Raises `InvalidValue`: a broken rule, or an unknown flag."""
-        flags, changes = overrides(), dict[str, TomlTable]()
-        aliases = {each.declared.alias: each for each in flags.values() if each.declared.alias}
-        given = {
+    def given(self) -> dict[str, Any]:
+        """Return the flags that change a study."""
+        flags = overrides()
+        return {
             name: value
             for name, value in vars(self).items()
             if value is not None and (value is not False or (name in flags and flags[name].may_be_false))
         }
+
+    def applied(self, study: Study) -> Study:
+        """Return the study with flags on top. Raises `InvalidValue`: a broken rule, or an unknown flag."""
+        flags, changes = overrides(), dict[str, TomlTable]()
+        aliases = {each.declared.alias: each for each in flags.values() if each.declared.alias}
+        given = self.given()
         for name, value in given.items():
             flag = flags.get(name) or aliases.get(name)
             if flag is None:

@@ -411,6 +411,8 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     raw, part_material = parted(switched_on(with_own_units(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
+        if isinstance(raw["engine"], dict) and "fuel" in raw["engine"]:  # which burns
+            raw["engine"] = {"gas": "otto", **raw["engine"]}
     given = [key for key in TABLES if key in raw and key != "rod"]
     tables = {key: read_table(TABLES[key], key, raw[key]) for key in given}
     rod = _rod(raw, folder)

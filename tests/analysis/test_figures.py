@@ -38,6 +38,11 @@ def test_what_is_given_is_taken_as_it_is():
     assert (found.length_mm, found.name) == (3.0, "bore")
 
 
+def test_what_rounding_leaves_of_nothing_is_nothing():
+    found = figures(Some, THING, length_mm=-2.6e-15, turn_deg=1e-10)
+    assert (found.length_mm, found.turn_deg) == (0.0, 1e-10)
+
+
 def test_a_figure_without_a_source_is_an_error():
     with pytest.raises(AttributeError, match="mass"):
         figures(Some, SimpleNamespace(length=1.0, turn=0.0))

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 from program import fea
 
-from fea.apps.compare.differences import differences, judged_alike
-from fea.apps.compare.run_compare import compare, named_studies
+from fea.apps.compare.differences import Design, differences, judged_alike
+from fea.apps.compare.run_compare import compare, named_designs
 from fea.apps.compare.tables import _change
+from fea.apps.result import analyse
 from fea.judge.safety_factor import SafetyFactor
 from fea.study.speed_tables import SpeedTable
 from fea.study.study import load_study
@@ -38,7 +39,7 @@ def test_a_default_that_is_given_is_no_difference_and_friction_is_an_assumption(
 
 
 def test_judged_alike_leaves_only_the_rods_different():
-    alike = judged_alike([PLAIN, THIN])
+    alike = [one.study for one in judged_alike([Design(PLAIN), Design(THIN)])]
     assert [one.key for one in differences(alike)] == ["rod.web_thickness_mm"]
     assert alike[1].speeds() == PLAIN.speeds()
 
@@ -65,13 +66,13 @@ def test_a_change_says_whether_error_bars_hide_it():
 )
 def test_what_cannot_be_compared_is_refused(names, materials, what):
     with pytest.raises(InvalidValue, match=what):
-        named_studies(names, materials)
+        named_designs(names, materials)
 
 
 def test_limits_of_given_forces_are_refused_before_anything_is_solved():
     still = replace(PLAIN, engine=None)
     with pytest.raises(InvalidValue):
-        compare([PLAIN, still])
+        compare([Design(PLAIN), Design(still)])
 
 
 def test_two_studies_make_a_table_a_page_and_json(tmp_path):
@@ -103,6 +104,44 @@ def test_one_study_in_two_materials_and_a_required_factor(tmp_path):
     assert done.returncode == 6, done.stderr
     assert (tmp_path / "results" / "compare-plain-ti-6al-4v-plain-EN24.html").is_file()
     for text in ("density, kg/m³", "4430", "Safety factors, with error bars"):
+        assert text in done.stdout
+
+
+def test_runs_that_are_solved_are_compared_as_they_are(tmp_path, monkeypatch):
+    for name, width in (("wide", 12.0), ("thin", 9.0)):
+        study = replace(load_study(str(SIMPLE)).with_rod(shank_width_mm=width), name=name)
+        study = study.with_(mesh={"size_mm": 14}, analysis={"tolerance_percent": 0, "cycle": name == "wide"})
+        result = analyse(replace(study, speed=SpeedTable(5000.0)))
+        result.write(tmp_path / name)
+    fast, place = {"mode": "fatigue", "place": "shank", "at_mm": [1, 2, 3]}, tmp_path / "thin-limits"
+    fast |= dict.fromkeys(("rpm", "value", "peak_pressure_bar", "bar", "gas_scale", "boost_bar"), 4650.0)
+    fast |= dict.fromkeys(("crank_deg", "safe_from"))
+    found = {
+        "schema": "fea/limits/1",
+        "text": "",
+        "required_safety_factor": 1,
+        "largest_rpm": fast,
+        "largest_peak_pressure_bar": None,
+    }
+    place.mkdir()
+    (place / "summary.json").write_text(json.dumps(found), encoding="utf-8")
+    (place / "study.toml").write_bytes((tmp_path / "thin" / "study.toml").read_bytes())
+    monkeypatch.setattr("fea.apps.compare.run_compare.refined_rod", None)  # nothing is solved
+    runs = named_designs([str(tmp_path / "wide"), str(tmp_path / "thin")])
+    wide, thin = compare(runs, limits=True).designs
+    assert (wide.name, thin.name, thin.limits.largest_rpm.value) == ("wide", "thin", 4650)
+    assert wide.lacks == f"limits (fea limits {tmp_path}/wide/study.toml --out {tmp_path}/wide-limits)"
+    assert thin.lacks == (
+        f"the crank cycle (fea run {tmp_path}/thin/study.toml --cycle --out {tmp_path}/thin)"
+    )
+    with pytest.raises(InvalidValue, match=r"solved, with other analysis\.cycle"):
+        compare(runs, alike=True)
+    done = fea("compare", "wide", "thin", "--rpm", 4000, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "solved already, without --rpm" in done.stderr
+    done = fea("compare", "wide", "thin", "--units", "us", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    for text in ("mass, lb", "was solved without", "4650"):
         assert text in done.stdout
 
 

@@ -9,7 +9,8 @@ from reports import reported_rod
 from studies import plain_study
 
 from fea.analysis.pipeline import RefinedRod, prepare
-from fea.analysis.result import run_result
+from fea.analysis.result import WhatIf, run_result
+from fea.apps.run_study import run_study
 from fea.apps.what_if.draft import VARIED, Draft, assumed_changes, least_factors
 from fea.apps.what_if.remedies import DimensionEffect, dimension_remedy, exponents
 from fea.apps.what_if.solve import what_if
@@ -134,8 +135,8 @@ def test_a_heavier_piston_takes_what_its_inertia_adds(run):
 
 
 def test_the_sheet_says_what_was_solved(run):
-    lenient = replace(run.summary.survival, required_safety_factor=0.6, answer="undecided")
-    asked = replace(run, study=run.study.with_(analysis={"min_safety": 0.6}))
+    lenient = replace(run.summary.survival, required_safety_factor=0.5, answer="undecided")
+    asked = replace(run, study=run.study.with_(analysis={"min_safety": 0.5}))
     asked = replace(asked, summary=replace(run.summary, survival=lenient))
     solved = replace(asked, what_if=what_if(asked, Clock()))
     assert solved.what_if.assumed[0].text.startswith("dimensions there")
@@ -145,3 +146,29 @@ def test_the_sheet_says_what_was_solved(run):
     )
     sheet = {row.title: row for row in sheet_rows(solved, None)}
     assert sheet["What would make it pass"].value == remedies[0]
+
+
+def test_of_several_speeds_the_governing_one_is_solved_and_the_others_say_so(tmp_path, monkeypatch):
+    solved = []
+
+    def stub(run, _clock):
+        solved.append(run.rpm)
+        return WhatIf(remedies=("Another rod.",))
+
+    monkeypatch.setattr("fea.apps.what_if.solve.what_if", stub)
+    study = plain_study().with_(analysis={"tolerance_percent": 0}, mesh={"size_mm": 14})
+    study = study.with_(output={"report": True, "screenshot": False}, speed={"rpm": [6000.0, 3000.0]})
+    run_study(replace(study, output=replace(study.output, directory=str(tmp_path / "runs"))))
+    fast, slow = (
+        (tmp_path / "runs" / f"{rpm}rpm" / "report.html").read_text("utf-8") for rpm in (6000, 3000)
+    )
+    assert solved == [6000.0]  # at which inertia is four times as large
+    assert "Another rod." in fast
+    assert "governing speed only" not in fast
+    assert "governing speed only" in slow
+
+
+def test_the_sheet_says_why_nothing_was_solved(run):
+    film = replace(run.summary, model=replace(run.summary.model, pressure="oil-film"))
+    left = replace(run, summary=film, what_if=what_if(replace(run, summary=film), Clock()))
+    assert any("on oil films" in line for row in sheet_rows(left, None) for line in row.more)

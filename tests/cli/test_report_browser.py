@@ -12,6 +12,7 @@ from PIL import Image
 from reports import HOSTILE, reported_rod
 from scipy.spatial import KDTree
 
+from fea.analysis.result import WhatIf
 from fea.solid.stress import von_mises
 
 READY = "window.feaReport.then((own) => { window.viewer = own; return own && own.surface.count; })"
@@ -57,6 +58,7 @@ def report(tmp_path_factory):
     Image.linear_gradient("L").resize((1200, 750)).save(drawn, "PNG")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fea.output.report.page.still", lambda *_: drawn.getvalue())
+        patch.setattr("fea.apps.what_if.solve.what_if", lambda _run, _clock: WhatIf())
         return result.write(tmp_path_factory.mktemp("browser") / "run", report=True) / "report.html"
 
 

@@ -56,7 +56,7 @@ def test_what_is_assumed_of_endurance_is_said(keys, said):
 def test_what_the_factor_of_a_metal_without_a_limit_means_is_said():
     metals = [MaterialTable(preset=name).material() for name in ("7075-T6", "2618-T61", "c70-2005")]
     (said,) = (note for note in fatigue_notes(metals, Fatigue.GOODMAN) if note.kind is NoteKind.WARNING)
-    assert "a factor of 1 means 5e+08 cycles, 1e+09 revolutions" in str(said)
+    assert "a factor of 1 means 5·10⁸ cycles, 10⁹ revolutions" in str(said)
 
 
 def test_nothing_is_assumed_where_everything_is_given():

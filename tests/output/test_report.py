@@ -58,6 +58,7 @@ def undrawn():
         patch.setattr("fea.output.report.page.draw_pictures", refuse)
         patch.setattr("fea.apps.export_run.ready_to_draw", nullcontext)
         patch.setattr("fea.apps.export_run.what_if", lambda _run, _clock: WhatIf())
+        patch.setattr("fea.apps.what_if.solve.what_if", lambda _run, _clock: WhatIf())
         yield
 
 

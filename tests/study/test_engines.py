@@ -320,6 +320,13 @@ def test_what_contradicts_boost_is_refused(keys, message):
         parsed(ROD + BOOSTED + keys + "\n")
 
 
+def test_a_fuel_burns_unless_another_gas_is_asked_for():
+    keys = "[engine]\nstroke_mm = 54.0\nbore_mm = 54.0\npiston_mass_kg = 0.2\ncompression_ratio = 8.0\n"
+    assert parsed(f'{ROD}{keys}fuel = "petrol"\n').engine.gas == "otto"
+    assert parsed(f'{ROD}{keys}fuel = "petrol"\ngas = "none"\n').engine.gas == "none"
+    assert parsed(f"{ROD}{keys}").engine.gas == "none"
+
+
 def test_boost_over_an_engine_of_the_library_raises_its_peak_unless_that_is_given():
     """The peak of the library is that of its own charge: 1 bar of boost about doubles it."""
 

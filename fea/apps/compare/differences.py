@@ -1,10 +1,12 @@
 """What differs between studies: in what is compared, and in what it is judged by."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from fea.output.stored_run import StoredRun
 from fea.study.study import Study
+from geometry.errors import require
 
 # Tables of a study that say what is compared; the others say by what it is judged.
 _DESIGN = ("rod", "material", "assembly")
@@ -44,8 +46,25 @@ def _flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any
             yield f"{above}{name}", value
 
 
-def judged_alike(studies: Sequence[Study]) -> list[Study]:
-    """Return the studies with everything by which the first one is judged: engine, speed, pins, mesh."""
-    first = studies[0]
-    same = {name: getattr(first, name) for name in ("engine", "speed", "duty", "forces", "mesh", "analysis")}
-    return [first, *(replace(each, **same, contact=first.contact, film=first.film) for each in studies[1:])]
+class Design(NamedTuple):
+    """What is compared: a study and, if it is solved already, its run."""
+
+    study: Study
+    run: StoredRun | None = None
+
+    def changed(self, change: Callable[[Study], Study]) -> "Design":
+        """Return a design with its study changed; a run stays as it was solved."""
+        return Design(change(self.study)) if self.run is None else self
+
+
+def judged_alike(designs: Sequence[Design]) -> list[Design]:
+    """Return designs judged as the first is: engine, speed, pins, mesh. `InvalidValue`: a run is not."""
+    first = designs[0].study
+    names = ("engine", "speed", "duty", "forces", "mesh", "analysis", "contact", "film")
+    same = {name: getattr(first, name) for name in names}
+    alike = [each.changed(lambda study: replace(study, **same)) for each in designs]
+    for each in alike:
+        others = [one.key for one in differences([first, each.study]) if not one.of_design]
+        rule = f"is solved, with other {', '.join(others)} than the first"
+        require(not others, "--same", each.study.name, rule, "Name its study in place of its folder.")
+    return alike

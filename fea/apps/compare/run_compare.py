@@ -2,20 +2,26 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from fea.analysis.figures import Figures, Summary, WhereKnown
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
-from fea.apps.compare.differences import KeyDifference, differences, judged_alike
+from fea.apps.compare.differences import Design, KeyDifference, differences, judged_alike
 from fea.apps.limits.explore import explore, limited_speeds
 from fea.apps.limits.figures import LargestValue, largest_values, words
 from fea.machine.clock import Clock
+from fea.output.report.found_limits import limits_beside
+from fea.output.run_summary import STUDY
+from fea.output.stored_run import StoredRun, read_figures
 from fea.study.material_table import MaterialTable
-from fea.study.study import Study, load_study
+from fea.study.study import load_study, shipped_studies
 from geometry.errors import require
 
 MOST = 6  # studies, whose columns a page has room for
+_ENDS = ("largest_rpm", "largest_peak_pressure_bar")
 
 
 class LimitsOfDesign(Figures):
@@ -32,6 +38,7 @@ class ComparedDesign(Figures):
     name: str
     summary: Summary
     limits: WhereKnown[LimitsOfDesign] = None
+    lacks: WhereKnown[str] = None  #: what a run that was solved before does not have, and how to fill it
 
 
 class ComparisonFigures(Figures):
@@ -49,8 +56,8 @@ class ComparisonFigures(Figures):
         return all(design.summary.trusted for design in self.designs)
 
 
-def named_studies(names: Sequence[str], materials: Sequence[str] = ()) -> list[Study]:
-    """Load the studies to compare: two to six by name, or one in two to six materials.
+def named_designs(names: Sequence[str], materials: Sequence[str] = ()) -> list[Design]:
+    """Load what to compare: two to six studies or folders of runs, or a study in two to six materials.
 
     Raises `InvalidValue`: too few or too many, materials for several studies, an unknown name or material.
     """
@@ -60,20 +67,28 @@ def named_studies(names: Sequence[str], materials: Sequence[str] = ()) -> list[S
     remedy = "Name two to six studies, or one study and --material with two to six materials."
     require(2 <= count <= MOST, of, count, f"must be 2 to {MOST}", remedy)
     if not materials:
-        studies = [load_study(name) for name in names]
-        twice = len({study.name for study in studies}) < len(studies)
-        titles = names if twice else [study.name for study in studies]
-        return [replace(study, name=title) for study, title in zip(studies, titles, strict=True)]
+        designs = [_design(name) for name in names]
+        twice = len({design.study.name for design in designs}) < len(designs)
+        titles = names if twice else [design.study.name for design in designs]
+        named = [replace(design.study, name=title) for design, title in zip(designs, titles, strict=True)]
+        return [Design(study, design.run) for study, design in zip(named, designs, strict=True)]
     study = load_study(names[0])
     tables = [MaterialTable(preset=material) for material in materials]
     return [
-        replace(study, name=f"{study.name}, {material}", material=table)
+        Design(replace(study, name=f"{study.name}, {material}", material=table))
         for material, table in zip(materials, tables, strict=True)
     ]
 
 
+def _design(name: str) -> Design:
+    if name in shipped_studies() or not Path(name).is_dir():
+        return Design(load_study(name))
+    run = read_figures(Path(name))
+    return Design(replace(run.study, name=run.folder.resolve().name), run)
+
+
 def compare(
-    studies: Sequence[Study],
+    designs: Sequence[Design],
     listener: Callable[[str], None] | None = None,
     *,
     alike: bool = False,
@@ -81,21 +96,21 @@ def compare(
 ) -> ComparisonFigures:
     """Run studies, each at its highest speed, and return what differs between them and what was found.
 
-    `alike`: whether all are judged as the first is; `limits`: whether the largest speed and peak pressure are
+    Runs are taken as they were solved, with the limits that `fea limits` wrote beside them. `alike`: whether
+    all are judged as the first is; `limits`: whether the largest speed and peak pressure of studies are
     found. Raises what `fea.apps.result.analyse` and, with limits, `fea.apps.limits` raise.
     """
-    studies = judged_alike(studies) if alike else list(studies)
+    designs = judged_alike(designs) if alike else list(designs)
     if limits:
-        studies = [replace(each, analysis=replace(each.analysis, cycle=True)) for each in studies]
-    for study in studies:
+        designs = [each.changed(lambda study: study.with_(analysis={"cycle": True})) for each in designs]
+    for study in (each.study for each in designs if each.run is None):
         study.require_plausible()
         study.require_loading()
         if limits:
             limited_speeds(study)
-    differ = differences(studies)
-    designs = [_design(study, listener, limits=limits) for study in studies]
+    differ = differences([each.study for each in designs])
     return ComparisonFigures(
-        designs=tuple(designs),
+        designs=tuple(_found(each, listener, limits=limits) for each in designs),
         dimensions=_by_key([one for one in differ if one.of_design]),
         assumptions=_by_key([one for one in differ if not one.of_design]),
     )
@@ -105,7 +120,25 @@ def _by_key(found: Sequence[KeyDifference]) -> dict[str, tuple[Any, ...]]:
     return {one.key: one.values for one in found}
 
 
-def _design(study: Study, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
+def _stored(run: StoredRun, name: str) -> ComparedDesign:
+    raw, study, without = limits_beside(run.folder, run.study), quote(str(run.folder / STUDY)), []
+    if run.summary.rpm is not None and run.summary.envelope is None:
+        without.append(f"the crank cycle (fea run {study} --cycle --out {quote(str(run.folder))})")
+    of = None
+    if raw is not None and raw["required_safety_factor"] == (run.study.analysis.min_safety or 1.0):
+        ends = {key: raw[key] and LargestValue(**raw[key]) for key in _ENDS}
+        of = LimitsOfDesign(text=raw["text"], **ends)
+    elif run.study.engine is not None:
+        without.append(f"limits (fea limits {study} --out {quote(str(run.folder))}-limits)")
+    lacks = " and ".join(without) or None
+    return ComparedDesign(name=name, summary=run.summary, limits=of, lacks=lacks)
+
+
+def _found(design: Design, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
+    study = design.study
+    if design.run is not None:
+        return _stored(design.run, study.name)
+
     def show(stage: str) -> None:
         if listener is not None:
             listener(f"{study.name}: {stage}")

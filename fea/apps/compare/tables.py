@@ -165,7 +165,7 @@ def _change(first: Any, second: Any) -> str:
         return ""
     percent = round(100 * (second / first - 1))
     change = f"{percent:+} %".replace("-", "−") if percent else "the same"
-    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor) and first != second:
+    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor) and percent:
         overlap = first.low <= second.high and second.low <= first.high
         return f"{change}, within the bars" if overlap and first.low < first.high else change
     return change
@@ -190,6 +190,8 @@ def sentences(found: ComparisonFigures) -> Iterator[str]:
         yield f"{design.name}: {design.summary.survival.text}."
         if design.limits is not None:
             yield f"{design.name}: {design.limits.text}"
+        if design.lacks is not None:
+            yield f"{design.name} was solved without {design.lacks}."
     if not found.assumptions:
         yield "All are judged by the same engine, speed, pins and mesh settings."
     else:

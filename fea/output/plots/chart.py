@@ -121,7 +121,7 @@ def chart(
 
 def log_chart(heading: tuple[str, str, str], times: Floats, values: Floats) -> Chart:
     """Lay out a curve (n,), in the unit of the heading, over the times of a log, s, evenly spaced."""
-    drawn = chart(heading, np.linspace(0.0, 720.0, 2 * len(times)), {"": np.repeat(values, 2)}, {})
+    drawn = chart(heading, np.linspace(0.0, 720.0, _EVERY * len(times)), {"": np.repeat(values, _EVERY)}, {})
     step = round_up((span := float(times[-1] - times[0])) / _STEPS)
     labels = np.arange(np.ceil(times[0] / step), np.floor(times[-1] / step) + 1) * step
     places = tuple((across(720 * (at - times[0]) / span), f"{at:g} s") for at in labels.tolist())

@@ -28,10 +28,16 @@ class FoundLimit(NamedTuple):
 
 
 def found_limits(run_folder: Path, study: Study) -> dict[str, FoundLimit]:
-    """Return the limits of ``speed`` and ``boost`` of a study, from a folder beside that of its run.
+    """Return the limits of ``speed`` and ``boost`` of a study, see `limits_beside`; none without them."""
+    figures = limits_beside(run_folder, study)
+    return {} if figures is None else _read(figures)
+
+
+def limits_beside(run_folder: Path, study: Study) -> JsonObject | None:
+    """Return what `fea limits` wrote of a study into a folder beside that of its run.
 
     A folder is taken whose name has ``limits`` in it and whose study has the same rod, material, engine and
-    bolts. Of several the newest counts; without one the answer is empty.
+    bolts. Of several the newest counts.
     """
     own = study.as_dict()
     for folder in sorted(_folders(run_folder), key=lambda folder: -(folder / SUMMARY).stat().st_mtime):
@@ -39,8 +45,8 @@ def found_limits(run_folder: Path, study: Study) -> dict[str, FoundLimit]:
             figures = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
             other = load_study(folder / STUDY).as_dict()
             if str(figures.get("schema")).startswith(_SCHEMA) and _alike(own, other):
-                return _read(figures)
-    return {}
+                return dict(figures)
+    return None
 
 
 def _folders(run_folder: Path) -> Iterator[Path]:

@@ -133,12 +133,12 @@ def _gap(summary: Summary) -> Iterator[SheetRow]:
 
 def _uncertain(run: Run) -> Iterator[SheetRow]:
     advice, count = Advice(run), sum(note.kind is NoteKind.ASSUMPTION for note in run.summary.notes)
-    effects = advice.effects()
-    if effects:
-        what = f"{len(effects)} of {count} that this answer stands on"
-        worked_out = "→" in effects[0]
+    effects, left_out = advice.effects(), run.what_if.left_out
+    if effects or left_out:
+        what = f"{len(effects)} of {count} that this answer stands on" if effects else "not worked out"
+        worked_out = effects and "→" in effects[0]
         title = "Assumptions that change it most" if worked_out else "Assumptions to check first"
-        yield SheetRow(title, what, tuple(effects), "", "assumptions")
+        yield SheetRow(title, what, (*effects, *filter(None, [left_out])), "", "assumptions")
     remedies = advice.remedies()
     if remedies:
         yield SheetRow("What would make it pass", remedies[0], tuple(remedies[1:]))
