@@ -41,7 +41,7 @@ def ran(tmp_path_factory):
     folder, said = tmp_path_factory.mktemp("film"), StringIO()
     out, study = folder / "run", folder / "study.toml"
     study.write_text(f"{HEAD}[speed]\nrpm = 6000\n[film]\nviscosity_mPas = 8.0\nlining_MPa = 60.0\n", "utf-8")
-    asked = ["--size", "18", "--pressure", "bonded", "--out", str(out)]
+    asked = ["--size", "18", "--pressure", "bonded", "--elastic", "--out", str(out)]
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
         patch.setattr(lubrication, "FINE", (32, 5, 72))
         patch.setattr(lubrication, "COARSE", (24, 4, 48))

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("coarse_bores")
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
-    return folder, fea("run", *COARSE, "--json", cwd=folder)
+    return folder, fea("run", *COARSE, "--elastic", "--json", cwd=folder)
 
 
 def test_help_is_light_and_lists_the_commands(tmp_path):
