@@ -20,7 +20,7 @@ from studies import plain_study
 
 import fea
 from fea import run
-from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.result import WhatIf
 from fea.apps.result import analyse
 from fea.output import run_files

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fea.analysis.assembling import AssemblySetup
-from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.figures import (
+from fea.analysis.assembly_figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -18,9 +17,9 @@ from fea.analysis.figures import (
     JointCycleFigures,
     JointFigures,
     OnsetFigures,
-    OvalityFigures,
-    figures,
 )
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.figures import OvalityFigures, figures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.note import Note, omission, remark, warning
 from fea.base.units import DEG, KN, UM

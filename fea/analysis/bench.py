@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.figures import BenchFigures, TestLifeFigures, figures
+from fea.analysis.figures import figures
+from fea.analysis.life_figures import BenchFigures, TestLifeFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.analysis.speed_result import SpeedResult

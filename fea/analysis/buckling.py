@@ -5,10 +5,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fea.analysis.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures, figures
+from fea.analysis.figures import figures
 from fea.analysis.modes import moves
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.summary_figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
 from fea.judge.column import ColumnLoads, Plane, column

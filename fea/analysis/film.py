@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import FilmFigures
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.summary_figures import FilmFigures
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.bench import bench_cases
-from fea.analysis.figures import PlasticFigures, SettledFatigueFigures
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.summary_figures import PlasticFigures, SettledFatigueFigures
 from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
 from fea.base.checks import check
 from fea.base.choices import SolverName

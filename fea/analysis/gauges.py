@@ -11,7 +11,7 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
-from fea.analysis.figures import GaugeCaseFigures, GaugeFigures
+from fea.analysis.summary_figures import GaugeCaseFigures, GaugeFigures
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
 from fea.pins.model import Weights

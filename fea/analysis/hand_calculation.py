@@ -10,15 +10,10 @@ from math import isclose, pi
 
 import numpy as np
 
+from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.buckling import compression, part_at
-from fea.analysis.figures import (
-    AssemblyFigures,
-    BucklingFigures,
-    HandFigures,
-    PlaneFigures,
-    Summary,
-)
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.summary_figures import BucklingFigures, HandFigures, PlaneFigures, Summary
 from fea.base.choices import Fatigue, Region
 from fea.base.units import BAR, GPA, KG, KN, RPM
 from fea.judge.case_result import CaseResult

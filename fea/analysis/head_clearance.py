@@ -7,9 +7,9 @@ block, which carries the head away. The gap of the cold and of the warm engine a
 
 import numpy as np
 
-from fea.analysis.figures import HeadClearanceFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.summary_figures import HeadClearanceFigures
 from fea.contact.elastic_pin import bending
 from fea.judge.case_result import CaseResult
 from fea.pins.contact import ContactPins

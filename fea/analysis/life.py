@@ -19,7 +19,7 @@ from fea.analysis.cycle.envelope import carried
 from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
-from fea.analysis.figures import DutyFigures, LifeFigures, LogFigures
+from fea.analysis.life_figures import DutyFigures, LifeFigures, LogFigures
 from fea.base.note import Note, assumptions, doubt, omission, remark, warning
 from fea.judge.cycle_life import band_of, with_line
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude

@@ -27,17 +27,12 @@ from fea.analysis.cycle.candidates import (
 from fea.analysis.cycle.figures import endurance_figures
 from fea.analysis.cycle.screened import stress_measures
 from fea.analysis.cycle.superposition import CycleAnalysis
-from fea.analysis.figures import (
-    BucklingFigures,
-    CaseFigures,
-    CycleFigures,
-    PassFigures,
-    PlaceFigures,
-    Summary,
-)
+from fea.analysis.figures import CaseFigures
+from fea.analysis.life_figures import CycleFigures, PlaceFigures
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import load_figures, summary_of
+from fea.analysis.summary_figures import BucklingFigures, PassFigures, Summary
 from fea.base.note import omission
 from fea.base.units import DEG
 from fea.judge.fatigue import crossland_factors, enclosing_balls

@@ -19,7 +19,6 @@ import numpy as np
 
 from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
-from fea.analysis.figures import PassFigures
 from fea.analysis.film import films_at
 from fea.analysis.flow import with_flow
 from fea.analysis.gauges import Gauge
@@ -27,6 +26,7 @@ from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
 from fea.analysis.speed_result import SpeedResult, speed_checks, speed_notes
+from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import LIMITS
 from fea.base.material import Material, of_parts
 from fea.base.note import Note, assumption, doubt

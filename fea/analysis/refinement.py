@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import PassFigures
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.summary_figures import PassFigures
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviatoric, signed_equivalent

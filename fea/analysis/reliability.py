@@ -15,7 +15,7 @@ import numpy as np
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.cycle.unit_solutions import PlaceHistory, spots
-from fea.analysis.figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigures
+from fea.analysis.life_figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material

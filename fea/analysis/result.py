@@ -10,15 +10,16 @@ import numpy.typing as npt
 
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
 from fea.analysis.life import Life
+from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.motion import Motion, SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import speed_summary
+from fea.analysis.summary_figures import Summary
 from fea.base.checks import Check
 from fea.base.material import Material
 from fea.base.units import DEG

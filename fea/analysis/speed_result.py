@@ -7,9 +7,9 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
-from fea.analysis.figures import PlasticFigures
 from fea.analysis.film import FilmResult
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.summary_figures import PlasticFigures
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import SINGULAR, Note, omission, remark, warning
 from fea.judge.case_result import CaseResult

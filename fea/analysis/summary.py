@@ -9,40 +9,41 @@ from string import ascii_uppercase
 
 import numpy as np
 
+from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.bench import bench_cases, bench_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.figures import envelope_figures
 from fea.analysis.figures import (
-    AssemblyFigures,
-    BenchFigures,
     BoreFigures,
-    BucklingFigures,
     CaseFigures,
-    CycleFigures,
     EngineFigures,
-    EnvironmentFigures,
-    FilmFigures,
-    HeadClearanceFigures,
     LiningFigures,
     LoadFigures,
     ModelFigures,
-    PassFigures,
-    PlasticFigures,
     QualityFigures,
     RodFigures,
     SharpEdgeFigures,
-    Summary,
     WeakestFigures,
     figures,
     plain,
 )
 from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
+from fea.analysis.life_figures import BenchFigures, CycleFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.summary_figures import (
+    BucklingFigures,
+    EnvironmentFigures,
+    FilmFigures,
+    HeadClearanceFigures,
+    PassFigures,
+    PlasticFigures,
+    Summary,
+)
 from fea.analysis.survival import GIVEN, factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT

@@ -3,14 +3,10 @@
 from collections.abc import Mapping, Sequence
 from math import isfinite
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    BucklingFigures,
-    CaseFigures,
-    CycleFigures,
-    PlasticFigures,
-    SurvivalFigures,
-)
+from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.figures import CaseFigures
+from fea.analysis.life_figures import CycleFigures
+from fea.analysis.summary_figures import BucklingFigures, PlasticFigures, SurvivalFigures
 from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, printed
 

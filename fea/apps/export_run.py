@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import EnvelopeFigures, FilmFigures
 from fea.analysis.film import films_at
 from fea.analysis.forces import drawn_solid
+from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.result import ELSEWHERE
+from fea.analysis.summary_figures import FilmFigures
 from fea.apps.what_if.solve import REFUSALS, what_if
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning

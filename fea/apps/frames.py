@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.output.json_file import as_dict
 from fea.study.all_tables import TABLES
 from fea.study.study import Study

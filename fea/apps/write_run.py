@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
 from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import ELSEWHERE, RunResult, gathered_result, run_result
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.summary_figures import Summary
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import REPORT, run_folder
 from fea.output.pictures.animation import filmed, write_film

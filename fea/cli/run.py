@@ -17,7 +17,7 @@ from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require
 
 if TYPE_CHECKING:
-    from fea.analysis.figures import Summary
+    from fea.analysis.summary_figures import Summary
 
 
 @options.takes()

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.figures import CycleLifeFigures, Summary, TestLifeFigures
+from fea.analysis.life_figures import CycleLifeFigures, TestLifeFigures
+from fea.analysis.summary_figures import Summary
 from fea.base.units import KN
 from fea.judge.cycle_life import LONGEST
 from fea.output.units import factor, quantity

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.output.units import factor, number, quantity
 
 # What flow that does not end does.

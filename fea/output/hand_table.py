@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
-from fea.analysis.figures import HandFigures, Summary
+from fea.analysis.summary_figures import HandFigures, Summary
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.units import factor, quantity
 

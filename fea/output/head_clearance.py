@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.output.tables import AnswerTable, TableColumn
 
 _CAPTION = (

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import ONLY_WHERE_KNOWN, SCHEMA, Summary
+from fea.analysis.figures import ONLY_WHERE_KNOWN, SCHEMA
+from fea.analysis.summary_figures import Summary
 from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
 from fea.judge.safety_factor import SafetyFactor

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import Summary
 from fea.analysis.result import RunResult
+from fea.analysis.summary_figures import Summary
 from fea.base.note import omission
 from fea.film.cycle import FilmCycle
 from fea.judge.case_result import CaseResult

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.output.folder import SUMMARY
 from fea.output.json_file import read_summary
 from geometry.errors import InvalidValue, require

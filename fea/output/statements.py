@@ -4,22 +4,15 @@ from collections.abc import Callable, Iterable, Iterator
 from math import sqrt
 from typing import NamedTuple
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    CaseFigures,
-    CycleLifeFigures,
-    PlaceFigures,
-    ReliabilityFigures,
-    SharpEdgeFigures,
-    Summary,
-    SurfaceFigures,
-)
+from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.figures import CaseFigures, SharpEdgeFigures
+from fea.analysis.life_figures import PlaceFigures, SurfaceFigures
+from fea.analysis.summary_figures import Summary
 from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN, with_power
 from fea.judge.case_error import SHARP_EDGE
-from fea.judge.cycle_life import LONGEST, LOW_CYCLE
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
 from fea.output.assembly_statements import (
@@ -30,10 +23,11 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
-from fea.output.bench_statements import fatigue_test, source_of
+from fea.output.bench_statements import fatigue_test
 from fea.output.flow_statements import flow, flow_in_full
+from fea.output.life_statements import life, log_lines
 from fea.output.tables import SIDES
-from fea.output.units import bar, factor, hours_text, number, place, quantity
+from fea.output.units import bar, factor, number, place, quantity
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5
@@ -165,37 +159,6 @@ def singular(summary: Summary) -> Iterator[str]:
         yield f"Singular, left out: {where}, {stress}{remedy}"
 
 
-def life(summary: Summary) -> Iterator[str]:
-    """Yield the hours of a duty, with their band and the speed that takes most of them, or of the speed."""
-    if (found := summary.life) is None:
-        if summary.cycle is not None and summary.cycle.life is not None:
-            yield lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
-        return
-    low, high = (hours_text(hours) for hours in found.band_hours)
-    band = "" if low == high else f" ({low} to {high})"
-    most = max(found.duty, key=lambda entry: entry.damage_percent or 0.0)
-    damage = f"; {number(most.damage_percent, '.3g')} % of the damage at {most.rpm:g} rpm"
-    if found.assumed_line and found.hours is not None:
-        least, longest, about = (_hours(hours) for hours in (*found.band_hours, found.hours))
-        yield f"Life over the duty: {least} to {longest}, about {about} (assumed S–N line){damage}."
-    else:
-        yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
-
-
-def log_lines(summary: Summary) -> Iterator[str]:
-    """Yield which part of the log of a duty does the damage, and the hours with FKM's critical damage."""
-    life, log = summary.life, None if summary.life is None else summary.life.log
-    if life is None or log is None or life.hours is None:
-        return
-    worst, between = (number(share, ".2g") for share in (log.worst_percent, log.between_percent))
-    yield (
-        f"That is {number(life.duties, '.2g')} times {log.file}: {worst} % of the damage from "
-        f"{log.worst_from_s:.4g} to {log.worst_to_s:.4g} s, {between} % by {log.between_cycles:.0f} cycles "
-        f"between speeds or loads. With a critical damage of {log.critical_damage:g}, FKM's for varying "
-        f"amplitudes (assumed): {_hours(log.hours_at_critical_damage)}."
-    )
-
-
 def levers(summary: Summary) -> Iterator[str]:
     """Yield what would change the answer, as far as it follows from the figures without a further run."""
     survival, notes = summary.survival, summary.notes
@@ -267,50 +230,6 @@ def cycle(summary: Summary) -> Iterator[str]:
     )
     fatigue = f"fatigue {factor(envelope.fatigue.fatigue_safety_factor)} ({envelope.fatigue_criterion})"
     yield f"Cycle: {least}; {fatigue}, mean {mean}, amplitude {amplitude}."
-
-
-def lasts(life: CycleLifeFigures, speed: str) -> str:
-    """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
-    if not _determined(life):
-        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
-    known = life.reliability
-    if known is not None and not known.conditional and known.b10_hours is not None:
-        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
-    ends = life.cycles is not None and life.cycles <= LONGEST
-    about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
-    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
-
-
-def lasting(life: CycleLifeFigures) -> str:
-    """Return the range of the hours at one speed, in words."""
-    if not _determined(life):
-        return "minutes"
-    if life.cycles is None or life.cycles > LONGEST:
-        endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
-        return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
-    return " to ".join(dict.fromkeys((_hours(life.low_hours), _hours(life.high_hours))))
-
-
-def b_lives(known: ReliabilityFigures) -> str:
-    """Return B10 and B50 in words, as ranges where places may depend on one another."""
-    most = known.at_most or known
-    lives = (known.b10_hours, most.b10_hours), (known.b50_hours, most.b50_hours)
-    (b10, b50) = (" to ".join(dict.fromkeys(_hours(bound, 2) for bound in bounds)) for bounds in lives)
-    return f"B10 {b10}, B50 {b50}"
-
-
-def _determined(life: CycleLifeFigures) -> bool:
-    """Whether the hours are not merely those of elastic stress at so few cycles that it is not elastic."""
-    return life.cycles is None or life.cycles >= LOW_CYCLE or life.by_strain
-
-
-def _hours(hours: float | None, digits: int = 1) -> str:
-    """Return hours with so many significant digits, minutes below one hour."""
-    if hours is None:
-        return "unlimited" if digits == 1 else "beyond 10⁸ cycles"
-    value, own = (60 * hours, "min") if hours < 1 else (hours, "h")
-    rounded = float(f"{value:.{digits}g}")
-    return f"{rounded:,.{int(digits > 1 and rounded < 10)}f} {own}" if value >= 1 else f"less than 1 {own}"
 
 
 # A fillet radius, mm, that any tool leaves.

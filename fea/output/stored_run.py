@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import Summary
 from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, WhatIf, drawn_bores
+from fea.analysis.summary_figures import Summary
 from fea.output.run_summary import AGAIN, STUDY, run_summary
 from fea.output.text import read_columns
 from fea.output.vtu import cell_name, point_name

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from written_figures import buckling, summary
 
-from fea.analysis.figures import BucklingModeFigures, CycleFigures, PlaceFigures
+from fea.analysis.life_figures import CycleFigures, PlaceFigures
 from fea.analysis.many_speeds import first_below, rounded, speed_map
+from fea.analysis.summary_figures import BucklingModeFigures
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}
 

@@ -18,9 +18,9 @@ from fea.judge.cycle_life import cycle_life
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.rainflow import rainflow
 from fea.judge.reliability import STATIC, FirstFailure, Scatter, deviation
-from fea.output.statements import b_lives
+from fea.output.life_statements import b_lives
+from fea.output.life_tables import reliability_tables
 from fea.output.statements import life as life_lines
-from fea.output.tables import reliability_tables
 from fea.rod.loading import EngineLoading
 from fea.study.scatter_table import ScatterTable
 from fea.study.study import parse_study

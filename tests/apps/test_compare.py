@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from program import fea
 
-from fea.apps.compare.differences import Design, differences, judged_alike
+from fea.apps.compare.differences import ComparedStudy, differences, judged_alike
 from fea.apps.compare.run_compare import compare, named_designs
 from fea.apps.compare.tables import _change
 from fea.apps.result import analyse
@@ -39,7 +39,7 @@ def test_a_default_that_is_given_is_no_difference_and_friction_is_an_assumption(
 
 
 def test_judged_alike_leaves_only_the_rods_different():
-    alike = [one.study for one in judged_alike([Design(PLAIN), Design(THIN)])]
+    alike = [one.study for one in judged_alike([ComparedStudy(PLAIN), ComparedStudy(THIN)])]
     assert [one.key for one in differences(alike)] == ["rod.web_thickness_mm"]
     assert alike[1].speeds() == PLAIN.speeds()
 
@@ -72,7 +72,7 @@ def test_what_cannot_be_compared_is_refused(names, materials, what):
 def test_limits_of_given_forces_are_refused_before_anything_is_solved():
     still = replace(PLAIN, engine=None)
     with pytest.raises(InvalidValue):
-        compare([Design(PLAIN), Design(still)])
+        compare([ComparedStudy(PLAIN), ComparedStudy(still)])
 
 
 def test_two_studies_make_a_table_a_page_and_json(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from printed import after_the_table, flowing, require_brief
 from rich.console import Console
 
-from fea.analysis.figures import FilmFigures
+from fea.analysis.summary_figures import FilmFigures
 from fea.apps.result import analyse
 from fea.output.terminal.run import print_runs
 

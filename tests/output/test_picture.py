@@ -11,7 +11,7 @@ from PIL import Image
 from written_figures import buckling, cycle, load, summary
 from written_figures import result as case_result
 
-from fea.analysis.figures import BucklingModeFigures
+from fea.analysis.summary_figures import BucklingModeFigures
 from fea.machine import isolated
 from fea.output.json_file import json_text
 from fea.output.pictures import picture

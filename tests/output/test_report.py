@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
-from fea.analysis.figures import (
+from fea.analysis.assembly_figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,

@@ -7,8 +7,8 @@ from printed import flowing, require_brief
 from rich.console import Console
 from written_figures import load, result, summary
 
-from fea.analysis.figures import PassFigures
 from fea.analysis.rod_report import SolidFigures
+from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import Check
 from fea.base.note import UNITS, assumption, by_consequence, doubt, omission, remark, warning
 from fea.output.terminal.prose import gathered

@@ -1,16 +1,12 @@
 """Figures of runs that were never computed."""
 
-from fea.analysis.figures import (
+from fea.analysis.figures import CaseFigures, LoadFigures, ModelFigures, QualityFigures, RodFigures
+from fea.analysis.life_figures import CycleFigures
+from fea.analysis.summary_figures import (
     BucklingFigures,
-    CaseFigures,
     ColumnFigures,
-    CycleFigures,
     EnvironmentFigures,
-    LoadFigures,
-    ModelFigures,
     PlaneFigures,
-    QualityFigures,
-    RodFigures,
     Summary,
 )
 from fea.analysis.survival import survival

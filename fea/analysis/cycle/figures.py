@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.cycle.unit_solutions import PlaceHistory
-from fea.analysis.figures import (
+from fea.analysis.life_figures import (
     CycleLifeFigures,
     EnduranceFigures,
     EnvelopeFigures,

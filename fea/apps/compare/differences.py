@@ -46,18 +46,18 @@ def _flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any
             yield f"{above}{name}", value
 
 
-class Design(NamedTuple):
+class ComparedStudy(NamedTuple):
     """What is compared: a study and, if it is solved already, its run."""
 
     study: Study
     run: StoredRun | None = None
 
-    def changed(self, change: Callable[[Study], Study]) -> "Design":
+    def changed(self, change: Callable[[Study], Study]) -> "ComparedStudy":
         """Return a design with its study changed; a run stays as it was solved."""
-        return Design(change(self.study)) if self.run is None else self
+        return ComparedStudy(change(self.study)) if self.run is None else self
 
 
-def judged_alike(designs: Sequence[Design]) -> list[Design]:
+def judged_alike(designs: Sequence[ComparedStudy]) -> list[ComparedStudy]:
     """Return designs judged as the first is: engine, speed, pins, mesh. `InvalidValue`: a run is not."""
     first = designs[0].study
     names = ("engine", "speed", "duty", "forces", "mesh", "analysis", "contact", "film")

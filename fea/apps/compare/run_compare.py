@@ -6,10 +6,11 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
-from fea.analysis.figures import Figures, Summary, WhereKnown
+from fea.analysis.figures import Figures, WhereKnown
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
-from fea.apps.compare.differences import Design, KeyDifference, differences, judged_alike
+from fea.analysis.summary_figures import Summary
+from fea.apps.compare.differences import ComparedStudy, KeyDifference, differences, judged_alike
 from fea.apps.limits.explore import explore, limited_speeds
 from fea.apps.limits.figures import LargestValue, largest_values, words
 from fea.machine.clock import Clock
@@ -56,7 +57,7 @@ class ComparisonFigures(Figures):
         return all(design.summary.trusted for design in self.designs)
 
 
-def named_designs(names: Sequence[str], materials: Sequence[str] = ()) -> list[Design]:
+def named_designs(names: Sequence[str], materials: Sequence[str] = ()) -> list[ComparedStudy]:
     """Load what to compare: two to six studies or folders of runs, or a study in two to six materials.
 
     Raises `InvalidValue`: too few or too many, materials for several studies, an unknown name or material.
@@ -71,24 +72,24 @@ def named_designs(names: Sequence[str], materials: Sequence[str] = ()) -> list[D
         twice = len({design.study.name for design in designs}) < len(designs)
         titles = names if twice else [design.study.name for design in designs]
         named = [replace(design.study, name=title) for design, title in zip(designs, titles, strict=True)]
-        return [Design(study, design.run) for study, design in zip(named, designs, strict=True)]
+        return [ComparedStudy(study, design.run) for study, design in zip(named, designs, strict=True)]
     study = load_study(names[0])
     tables = [MaterialTable(preset=material) for material in materials]
     return [
-        Design(replace(study, name=f"{study.name}, {material}", material=table))
+        ComparedStudy(replace(study, name=f"{study.name}, {material}", material=table))
         for material, table in zip(materials, tables, strict=True)
     ]
 
 
-def _design(name: str) -> Design:
+def _design(name: str) -> ComparedStudy:
     if name in shipped_studies() or not Path(name).is_dir():
-        return Design(load_study(name))
+        return ComparedStudy(load_study(name))
     run = read_figures(Path(name))
-    return Design(replace(run.study, name=run.folder.resolve().name), run)
+    return ComparedStudy(replace(run.study, name=run.folder.resolve().name), run)
 
 
 def compare(
-    designs: Sequence[Design],
+    designs: Sequence[ComparedStudy],
     listener: Callable[[str], None] | None = None,
     *,
     alike: bool = False,
@@ -134,7 +135,7 @@ def _stored(run: StoredRun, name: str) -> ComparedDesign:
     return ComparedDesign(name=name, summary=run.summary, limits=of, lacks=lacks)
 
 
-def _found(design: Design, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
+def _found(design: ComparedStudy, listener: Callable[[str], None] | None, *, limits: bool) -> ComparedDesign:
     study = design.study
     if design.run is not None:
         return _stored(design.run, study.name)

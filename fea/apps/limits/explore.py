@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fea.analysis.figures import CycleLifeFigures
+from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult

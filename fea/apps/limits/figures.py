@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from fea.analysis.figures import CycleLifeFigures, Figures
+from fea.analysis.figures import Figures
+from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY
 from fea.apps.limits.explore import LEAST_GAS, RodLimits, SafeLimit
@@ -15,7 +16,7 @@ from fea.base.note import Note, assumption, by_consequence, omission, warning
 from fea.base.shipped import shipped_toml
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
-from fea.output.statements import lasts
+from fea.output.life_statements import lasts
 from fea.rod.loading import CLOSED_THROTTLE
 from fea.study.study import Study
 from geometry.arrays import Floats

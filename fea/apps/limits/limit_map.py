@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from fea.analysis.figures import CycleLifeFigures
+from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import ONSETS, FailureMode, ModeFactor, RodFactors

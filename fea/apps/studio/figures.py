@@ -20,8 +20,8 @@ from fea.base.checks import Check
 from fea.base.units import KG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.life_statements import lasting
 from fea.output.report.surface import NumberedSurface
-from fea.output.statements import lasting
 from fea.rod.places import place_name
 from geometry.arrays import Floats, Vector, vector
 from mesh.tetmesh import FACET_CHILDREN

@@ -1,10 +1,10 @@
 """One rod at all its speeds: one mesh, one factorisation, and the figures of the table."""
 
-from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.modes import modes_report
 from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import run_result
+from fea.analysis.summary_figures import Summary
 from fea.analysis.survival import factors
 from fea.apps.limits.explore import explore, limited_speeds
 from fea.apps.limits.figures import largest_values

@@ -6,10 +6,10 @@ from dataclasses import replace
 from functools import partial
 from math import isfinite
 
-from fea.analysis.figures import Summary
 from fea.analysis.meshing import COARSER, mesh_loaded
 from fea.analysis.pipeline import MovingRod, RefinedRod
 from fea.analysis.result import Change, run_result
+from fea.analysis.summary_figures import Summary
 from fea.analysis.survival import FATIGUE, factors
 from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import Summary
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
+from fea.analysis.summary_figures import Summary
 from fea.apps.bolts.fitting import SIZES, TIGHTENING
 from fea.apps.bolts.run_bolts import bolts
 from fea.apps.optimise.problem import variables

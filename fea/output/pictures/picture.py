@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 from fea.machine.remedies import system_remedy
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.base.choices import UnitSystem
 from fea.output.json_file import read_summary
 from fea.output.pictures.scale import Bands

@@ -12,7 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import CaseFigures, EnduranceFigures, Summary, SurfaceFigures
+from fea.analysis.figures import CaseFigures
+from fea.analysis.life_figures import EnduranceFigures, SurfaceFigures
+from fea.analysis.summary_figures import Summary
 from fea.base.choices import Fatigue, Finish, Region
 from fea.base.material import Material, finish_factor, is_steel, reliability_factor
 from fea.base.note import NoteKind

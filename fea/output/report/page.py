@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.base.choices import UnitSystem
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.html import environment, html_page, joined_script, packed_json, page_file

@@ -14,11 +14,11 @@ from fea.analysis.result import BORES, Array
 from fea.base.choices import Support
 from fea.judge.verdict import CAP
 from fea.output.json_file import JsonObject
+from fea.output.life_tables import lettered
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.report.surface import LEVELS, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import Run
-from fea.output.tables import lettered
 from fea.output.units import coordinates, factor, number, quantity, scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints

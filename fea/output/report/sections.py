@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import EnvelopeFigures, Summary
-from fea.output import tables
+from fea.analysis.life_figures import EnvelopeFigures
+from fea.analysis.summary_figures import Summary
+from fea.output import life_tables, tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
@@ -154,13 +155,13 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield from _answer(summary, "loads", "Loads", loads, text=angles, charts=charts, open_tables=open_tables)
     yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
     yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
-    yield from _answer(summary, "gauges", "Strain gauges", tables.gauge_tables(summary))
+    yield from _answer(summary, "gauges", "Strain gauges", life_tables.gauge_tables(summary))
     if (cycle := summary.cycle) is not None:
         at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
         least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
         histories, text = [_history_chart(summary, cycle)], [least, _SIGN]
         histories += [] if run.log is None else _log_charts(run.log)
-        fatigue = tables.fatigue_tables(summary)
+        fatigue = life_tables.fatigue_tables(summary)
         yield from _answer(
             summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories, open_tables=0
         )
@@ -218,7 +219,7 @@ def _passed(summary: Summary) -> list[str]:
 
 def _history_chart(summary: Summary, cycle: EnvelopeFigures) -> Chart:
     histories = [np.array(spot.history_MPa, float) for spot in cycle.spots]
-    curves = dict(zip(tables.lettered(len(histories)), histories, strict=True))
+    curves = dict(zip(life_tables.lettered(len(histories)), histories, strict=True))
     heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
     return chart(heading, np.linspace(0.0, summary.cycle_degrees, cycle.instants), curves, marks(summary))
 

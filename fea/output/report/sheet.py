@@ -5,13 +5,14 @@ from pathlib import Path
 from shlex import quote
 from typing import NamedTuple
 
-from fea.analysis.figures import Summary
+from fea.analysis.summary_figures import Summary
 from fea.base.note import NoteKind
 from fea.base.units import KN
 from fea.output.assembly_statements import linings, opening_text
+from fea.output.life_statements import life
 from fea.output.report.advice import Advice
 from fea.output.report.found_limits import found_limits
-from fea.output.statements import basis, governs, head_gap, life
+from fea.output.statements import basis, governs, head_gap
 from fea.output.stored_run import Run
 from fea.output.target import near
 from fea.output.units import bar, factor, quantity

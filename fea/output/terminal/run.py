@@ -8,12 +8,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
+from fea.analysis.summary_figures import Summary
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
-from fea.output import statements, tables
+from fea.output import life_statements, life_tables, statements, tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.tables import AnswerTable, TableColumn
@@ -55,9 +55,11 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     shown = [table for table in parts[1:] if verbose or table.head[0] == _governing_part(summary)]
     printed = [case_table(summary, console), *(table.printed(no_wrap=True) for table in shown)]
     if verbose:
-        printed += _captioned([*parts[:1], *tables.contact_tables(summary), *tables.fatigue_tables(summary)])
+        printed += _captioned(
+            [*parts[:1], *tables.contact_tables(summary), *life_tables.fatigue_tables(summary)]
+        )
         more = [*tables.buckling_tables(summary), *hand_tables(summary), *head_clearance_tables(summary)]
-        more += tables.gauge_tables(summary)
+        more += life_tables.gauge_tables(summary)
         printed += _captioned(more)
         lines = [*statements.full_statements(summary), *prose.in_full((*summary.notes, *summary.left_out))]
         lines.append(f"{summary.model.nodes} nodes, {_model(summary)}")
@@ -164,14 +166,14 @@ def _print_speeds(console: Console, runs: Sequence[tuple[Path, Summary]], *, ver
     printed = [*_speed_tables(summaries)]
     paths = [*_speeds_written(runs), *_speeds_next(runs)]
     if verbose:
-        printed += _captioned([*tables.endurance_tables(worst), *tables.life_tables(worst)])
+        printed += _captioned([*life_tables.endurance_tables(worst), *life_tables.life_tables(worst)])
         lines = [
             *_doubts(summaries),
             *statements.singular(worst),
             *statements.governs(worst),
             *statements.levers(worst),
         ]
-        lines += [*_critical(summaries), *statements.life(worst), *prose.in_full((*notes, *left_out))]
+        lines += [*_critical(summaries), *life_statements.life(worst), *prose.in_full((*notes, *left_out))]
     else:
         more = prose.counted(notes, left_out)
         brief = _brief_statements(summaries, worst, notes)
@@ -189,7 +191,7 @@ def _brief_statements(summaries: Sequence[Summary], worst: Summary, notes: Seque
 
 def _of_worst(summaries: Sequence[Summary], worst: Summary) -> Iterator[str]:
     yield from statements.singular(worst)
-    yield from statements.life(worst)
+    yield from life_statements.life(worst)
     yield from _critical(summaries)
     yield from statements.governs(worst)
     yield from statements.levers(worst)
