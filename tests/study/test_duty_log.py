@@ -106,7 +106,7 @@ def test_the_charge_follows_from_load_boost_and_throttle():
         ("rpm,load [%]\n3000,50\n3100,60\n", "no column of time"),
         (LAP.replace("0.10,", "0.05,", 1), r"lap.csv line 4 = '0.05 s after 0.05 s': time must increase"),
         (LAP.replace("rpm", "rpm [furlong]"), "furlong.* unit of the right kind"),
-        (LAP.replace("[s]", "[furlong]"), "lightyear"),
+        (LAP.replace("[s]", "[furlong]"), "furlong"),
         (LAP.replace("[%]", "[mm]"), "mm"),
         (LAP.replace(",100\n", ",400\n"), "between 0 and 300 percent"),
         (LAP.replace(",3000,", ",60000,"), "between 0 and 50000 rpm"),
