@@ -42,11 +42,11 @@ def bench_figures(rod: PreparedRod, result: SpeedResult) -> BenchFigures | None:
     worst = peak(*used, cases[0].error.masked)
     stress = np.stack([case.stress[worst.node] for case in cases], axis=-1)
     signed = signed_equivalent(deviatoric(stress[None]))[0]
-    here, where = rod.regions.at(np.array([worst.node])), place_name(rod.mesh, worst.node)
+    where = place_name(rod.mesh, worst.node)
     parts = zip(rod.materials, cases[0].part_von_mises, strict=True)
     there = [one for one, own in parts if one.endurance_limit and not np.isnan(own[worst.node])]
-    material = min(there, key=lambda one: (one.endurance_limit or 0.0) * here.factors(one)[0])
-    life = cycle_life(signed, material, float(here.factors(material)[0]), rod.options.fatigue)
+    material = min(there, key=lambda one: (one.endurance_limit or 0.0) * rod.regions.factor(worst.node, one))
+    life = cycle_life(signed, material, rod.regions.factor(worst.node, material), rod.options.fatigue)
     endless = {name: None for name in ("cycles", "low", "high") if np.isinf(getattr(life, name, 0.0))}
     named = {"mode": "fatigue", "place": where}
     return BenchFigures(

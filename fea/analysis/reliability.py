@@ -86,7 +86,7 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
             for place, lives in zip(places, every, strict=True)
         ),
         rods=rods,
-        engine_b10_hours=_hours([of_engine] * 3, an_hour)["b10_hours"],
+        engine_b10_hours=_known_hours(of_engine, an_hour),
         by_hours=given.hours,
         failed_percent=failed and (100 * failed[0], 100 * failed[1]),
         samples=found.samples,
@@ -96,9 +96,14 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
 
 
 def _hours(lives: Sequence[BLife], an_hour: float) -> dict[str, float | None]:
-    """Return the hours of `SHARES` by their names, from cycles; None beyond the longest life."""
-    known = (life.cycles / an_hour if life.cycles <= LONGEST else None for life in lives)
+    """Return the hours of `SHARES` by their names."""
+    known = (_known_hours(life, an_hour) for life in lives)
     return dict(zip(("b1_hours", "b10_hours", "b50_hours"), known, strict=True))
+
+
+def _known_hours(life: BLife, an_hour: float) -> float | None:
+    """Return the hours of a life of so many cycles an hour; None beyond the longest one."""
+    return life.cycles / an_hour if life.cycles <= LONGEST else None
 
 
 def scatter_of(table: ScatterTable, loading: EngineLoading, criterion: Fatigue) -> Scatter:
@@ -153,7 +158,7 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
     factors = np.linspace(max(1 - reach, 0.05), 1 + reach, _GAS_FACTORS)
     for name, spot, change in zip(names, regions, _of_gas(rod, regions, cycle), strict=True):
         own = rod.materials[spot.part]
-        surface = float(result.regions.at(np.array([spot.node])).factors(own)[0])
+        surface = result.regions.factor(spot.node, own)
         material, line = line_at(own, surface)
         if line is None or criterion_strength(rod.options.fatigue, material) is None:
             continue

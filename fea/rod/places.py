@@ -85,6 +85,10 @@ class SurfaceRegions:
         least = np.where(self.touched, _every(material), np.inf).min(axis=1)
         return np.where(np.isinf(least), 1.0, least) * self.support(material)
 
+    def factor(self, node: int, material: Material) -> float:
+        """Return what `factors` has for one node."""
+        return float(self.at(np.array([node])).factors(material)[0])
+
     def support(self, material: Material) -> Floats:
         """Return n_σ (n_nodes,) of a material; 1 where there is none."""
         if self.gradient is None or not material.support or material.ultimate_strength is None:

@@ -79,7 +79,7 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
     if spot is None or not rpm or not isinstance(loading, EngineLoading):
         return None
     material = rod.materials[spot.part]
-    surface = float(result.regions.at(np.array([spot.node])).factors(material)[0])
+    surface = result.regions.factor(spot.node, material)
     varied = varied_cycles(spot, rod, rpm)
     found = cycle_life(spot.signed, material, surface, rod.options.fatigue, varied)
     if found is None:

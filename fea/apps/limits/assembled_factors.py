@@ -215,9 +215,10 @@ class AssembledFactors(RodFactors):
             every = replace(every, parts=tuple(replace(part, odd=part.even) for part in every.parts))
             weights = Weights(identity, 0 * identity)
         analysis = self._rod.superposing(FullBasis(loads[0], lambda _fields: every))
-        if regions is None and len(instants) > 1:
+        if regions is not None:
+            analysis = replace(analysis, regions=regions)
+        elif len(instants) > 1:
             analysis = analysis.supported_by(weights)
-        analysis = replace(analysis, regions=regions or analysis.regions)
         parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         return _SolvedInstants(parts, weights, states, analysis.regions)
 
