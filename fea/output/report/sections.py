@@ -19,7 +19,7 @@ from fea.output.report.notes import note_groups
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
-from fea.output.units import factor, figure, in_unit, named, unit
+from fea.output.units import factor, figure, named, study_value, unit
 from fea.study.all_tables import TABLES
 from fea.study.material_table import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, Study
@@ -73,23 +73,12 @@ def _input_table(study: Study, table: str, title: str, values: Mapping[str, Any]
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        rows.append((words, _shown(value, own), unit(own), origin))
+        rows.append((words, study_value(value, own), unit(own), origin))
     remark = _remark(study, table, values)
     if len(origins := {row[-1] for row in rows}) == 1:
         remark, head, rows = f"{remark} From {origins.pop()}.".strip(), head[:-1], [row[:-1] for row in rows]
     if rows:
         yield AnswerTable(title, head, tuple(rows), words=(0, 2, 3), remark=remark)
-
-
-def _shown(value: object, name: str) -> str:
-    """Return a value of a study as text, in the unit that is shown in place of its own."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return figure(value if unit(name) == name else float(f"{in_unit(value, name):.6g}"), 10)
-    if isinstance(value, list | tuple):
-        return ", ".join(_shown(item, name) for item in value)
-    return str(value)
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
