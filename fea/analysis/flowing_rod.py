@@ -14,9 +14,7 @@ from fea.plastic.increment import ElasticBody
 from fea.plastic.zone import Zone
 from fea.solid.parity import Parity
 from fea.solid.stress import principal
-from fea.solid.supports import bore_mean
 from geometry.arrays import Floats, Ints, Mask
-from geometry.surfaces import Surface
 
 # Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
 _NEAR = 0.85
@@ -109,14 +107,15 @@ class FlowingRod:
     def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
         """Do so with the loads as they are, times a scale."""
         loads = [scale * u for u in self.displacements]
-        may_flow = self.nodal * scale > _NEAR * strength
+        may_flow = self.nodal >= min(_NEAR * strength / scale, float(self.nodal.max()))
         parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
         solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
         for _ in range(_GROWTHS):
             zone = self._zone(may_flow, strength)
             body = ElasticBody(zone, solvers)
             flow = cycled(zone, body, [u[:, zone.nodes] for u in loads], most_turns)
-            moved = body.everywhere(flow.state.forces)
+            # Of what has flowed, and not of the forces that balance it within a tolerance: small sets count.
+            moved = body.everywhere(zone.initial_forces(flow.state.moved, flow.state.plastic))
             missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
                 return FollowedFlow(self, zone, flow, moved)
@@ -195,11 +194,10 @@ class FollowedFlow:
         return np.where(np.isfinite(own), own, 0.0), np.isfinite(own)
 
     @property
-    def lengthening(self) -> float:
-        """By how much the bores are further apart without load, mm."""
-        cell = self.rod.rod.mesh.cell
-        small, big = (
-            np.mean([bore_mean(cell, bore, half)[0] for half in self.moved])
-            for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE)
-        )
-        return float(small - big)
+    def whole(self) -> Floats:
+        """What of the displacement (n_nodes, 3) of the whole rod is left without load, mm."""
+        mirrored, own = self.rod.rod.mesh.mirrored, self.moved[0]
+        if len(self.moved) == 1:
+            return mirrored.vector(own)
+        image = self.moved[1]
+        return mirrored.vector((own + image) / 2, (own - image) / 2)
