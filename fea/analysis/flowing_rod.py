@@ -1,6 +1,6 @@
 """Plastic flow of a rod under loads that follow one another, turn by turn."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -11,9 +11,10 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
 from fea.plastic.increment import ElasticBody
-from fea.plastic.zone import Zone
+from fea.plastic.zone import Zone, equivalent_strain
+from fea.solid.element import mean_at_nodes
 from fea.solid.parity import Parity
-from fea.solid.stress import principal
+from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Ints, Mask
 
 # Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
@@ -123,13 +124,13 @@ class FlowingRod:
         return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
 
     @cached_property
-    def _every(self) -> Zone:
+    def every(self) -> Zone:
         """All elements of one half."""
         return self._zone(np.ones((1, len(self.rod.mesh.cell.tets)), dtype=bool))
 
     def _beyond(self, strength: float, displacements: Sequence[Floats]) -> Mask:
         """Elements (n_halves, n_elements) that yield under any of these, where nothing has flowed."""
-        zone = self._every
+        zone = self.every
         stress = [
             [zone.usage(u[[half]], zone.virgin).max(axis=1) for half in range(len(u))] for u in displacements
         ]
@@ -149,6 +150,11 @@ class FollowedFlow:
     def settles(self) -> bool:
         """Whether nothing flows any more."""
         return self.flow.answer in {PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
+
+    @property
+    def ends_with_flow(self) -> bool:
+        """Whether it has flowed and is in equilibrium."""
+        return bool(self.flow.strain.any()) and self.flow.answer is not PlasticAnswer.COLLAPSES
 
     @property
     def elements(self) -> int:
@@ -193,11 +199,36 @@ class FollowedFlow:
         own = found[(whole.sign[:, 1] < 0).astype(int) % len(found), whole.source]
         return np.where(np.isfinite(own), own, 0.0), np.isfinite(own)
 
+    def unfolded(self, extend: Callable[[Floats, Floats | None], Floats], halves: Floats) -> Floats:
+        """Extend a field of both halves, which stand on the cell, to the whole rod: see `MirroredMesh`."""
+        own, image = halves[0], halves[-1]
+        return extend((own + image) / 2, None if len(halves) == 1 else (own - image) / 2)
+
     @property
     def whole(self) -> Floats:
         """What of the displacement (n_nodes, 3) of the whole rod is left without load, mm."""
-        mirrored, own = self.rod.rod.mesh.mirrored, self.moved[0]
-        if len(self.moved) == 1:
-            return mirrored.vector(own)
-        image = self.moved[1]
-        return mirrored.vector((own + image) / 2, (own - image) / 2)
+        return self.unfolded(self.rod.rod.mesh.mirrored.vector, self.moved)
+
+    @property
+    def left(self) -> dict[str, Floats]:
+        """Nodal arrays of the whole rod without load: those of a load case, and the plastic strain.
+
+        Stress and strain of the Gauss points are extrapolated linearly, and the mean over the elements.
+        """
+        rod, state, whole = self.rod, self.flow.state, self.rod.rod.mesh.mirrored
+        every, cell = rod.every, rod.rod.mesh.cell
+        values = np.zeros((len(self.moved), len(cell.points), 7))
+        for half in range(len(self.moved)):
+            plastic, own = every.virgin, self.zone.half == half
+            plastic[self.zone.element[own]] = state.plastic[own]
+            moved = self.moved[[half]]
+            stress = every.stress(0 * moved, moved, plastic)
+            points = np.concatenate([stress, equivalent_strain(plastic)[..., None]], axis=-1)
+            values[half] = mean_at_nodes(cell, points)
+        stress = self.unfolded(whole.tensor, values[..., :6])
+        strain = self.unfolded(whole.scalar, np.maximum(values[..., 6], 0.0))
+        arrays = {"displacement": self.whole, "stress": stress, "von_mises": von_mises(stress)}
+        numbered = enumerate(principal(stress).T, 1)
+        return (
+            arrays | {f"principal_{number}": each for number, each in numbered} | {"plastic_strain": strain}
+        )

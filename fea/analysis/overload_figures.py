@@ -45,4 +45,3 @@ class OverloadFigures(Figures):
     #: What is left without load, as ``plastic.set_um``; None where nothing ends what the overload does
     set_um: WhereKnown[Mapping[str, float]] = None
     set_judged: WhereKnown[SetFigures] = None
-    specific_load_MPa: Mapping[str, float]  #: force over diameter times width of ``big_end``, ``small_end``
