@@ -11,9 +11,9 @@ from fea.judge.bent_column import BentColumn, Fibres, bent_column
 from fea.judge.column import Plane
 from fea.study.overload_table import BOW, OverloadTable
 from loads.instants import Instants
-from mesh.slices import cut
+from mesh.slices import cuts
 
-_SECTIONS = 64  # from pin to pin
+_SECTIONS = 48  # from pin to pin
 
 
 def overload_table(rod: PreparedRod) -> OverloadTable:
@@ -27,7 +27,7 @@ def bent_columns(rod: PreparedRod, strength: float) -> Mapping[Plane, BentColumn
     ends = np.linspace(0.0, bores.rod_length, _SECTIONS + 1)
     middle = (ends[1:] + ends[:-1]) / 2
     low, high = bores.between
-    sections = tuple(cut(mesh, x) for x in middle)
+    sections = tuple(cuts(mesh, middle))
     bearing, bow = (low < middle) & (middle < high), overload_table(rod).bow_mm or BOW * bores.rod_length
     law = {"youngs_modulus": material.youngs_modulus, "yield_strength": strength, "bow": bow}
     return {plane: bent_column(plane, ends, Fibres.of(sections, plane), bearing, **law) for plane in Plane}

@@ -211,7 +211,7 @@ class FollowedFlow:
 
     @property
     def left(self) -> dict[str, Floats]:
-        """Nodal arrays of the whole rod without load: those of a load case, and the plastic strain.
+        """Nodal arrays of the whole rod without load: displacement, mm, stress, MPa, and plastic strain.
 
         Stress and strain of the Gauss points are extrapolated linearly, and the mean over the elements.
         """
@@ -227,8 +227,6 @@ class FollowedFlow:
             values[half] = mean_at_nodes(cell, points)
         stress = self.unfolded(whole.tensor, values[..., :6])
         strain = self.unfolded(whole.scalar, np.maximum(values[..., 6], 0.0))
-        arrays = {"displacement": self.whole, "stress": stress, "von_mises": von_mises(stress)}
-        numbered = enumerate(principal(stress).T, 1)
-        return (
-            arrays | {f"principal_{number}": each for number, each in numbered} | {"plastic_strain": strain}
-        )
+        arrays = {"permanent_displacement": self.whole, "plastic_strain_percent": 100 * strain}
+        numbered = {f"principal_{number}": each for number, each in enumerate(principal(stress).T, 1)}
+        return {**arrays, "stress": stress, "von_mises": von_mises(stress), **numbered}

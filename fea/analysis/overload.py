@@ -45,8 +45,7 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         column = weaker(rod, strength)
         most = column.limit if overload.liquid else min(overload.force, column.limit)
         flowing = _loaded(rod, most)
-        elastic = permanent_set(mesh, length, flowing.loads[OVERLOAD])["length"] * UM
-        flexibility = -elastic / most
+        flexibility = -permanent_set(mesh, length, flowing.loads[OVERLOAD])["length"] * UM / most
         force = overload.on_elastic_rod(flexibility)
         bends = force > column.limit
         borne = _BELOW * column.limit if bends else force

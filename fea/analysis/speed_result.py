@@ -102,10 +102,9 @@ class SpeedResult:
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
-    overload: OverloadFigures | None = None  #: what the single overload of the study leaves, where it has one
-    flows: Mapping[str, FollowedFlow] = field(
-        default_factory=dict
-    )  #: ``plastic`` and ``overload``, as followed
+    overload: OverloadFigures | None = None  #: what the single overload of the study leaves, if any
+    #: ``plastic`` and ``overload``, as they were followed
+    flows: Mapping[str, FollowedFlow] = field(default_factory=dict)
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property

@@ -72,17 +72,17 @@ def factors(
 
 
 def _left_behind(plastic: PlasticFigures | None, overload: OverloadFigures | None) -> list[SafetyFactor]:
-    """Return the factor against bending under an overload, and limits of a permanent set that are exceeded.
+    """Return the factor of an overload that bends the rod, and the ratio of limits of a set that it exceeds.
 
-    A set is not in proportion to the load, so that its limit over it counts only where it is below 1.
+    Where they are above 1 the rod bears what it bears once, and needs no reserve; a set is not in proportion.
     """
-    found = [] if overload is None else [overload.safety_factor.against(OVERLOAD)]
+    bends = overload is not None and overload.safety_factor < 1
+    found = [overload.safety_factor.against(OVERLOAD)] if overload is not None and bends else []
     for what, source in (("running", plastic), ("the overload", overload)):
         left = None if source is None else source.set_judged
         if left is not None and left.exceeded and left.least_factor is not None:
-            found.append(
-                SafetyFactor(left.least_factor, mode=SET, place=f"{SET_WORDS[left.exceeded[0]]}, {what}")
-            )
+            place = f"{SET_WORDS[left.exceeded[0]]}, {what}"
+            found.append(SafetyFactor(left.least_factor, mode=SET, place=place))
     return found
 
 

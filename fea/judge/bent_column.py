@@ -18,9 +18,9 @@ from fea.judge.column import Plane, buckling_mode
 from geometry.arrays import Floats, Mask
 from mesh.slices import Slice
 
-_BINS = 40  # of a section over its height
-_STEPS = 90  # deflections that are tried
-_HALVINGS = 44  # of the interval that contains the strain of an axis
+_BINS = 28  # of a section over its height
+_STEPS = 40  # deflections that are tried
+_HALVINGS = 26  # of the interval that contains the strain of an axis
 _LARGEST = 0.1  # deflection beyond which small rotations do not hold, over the length
 
 

@@ -25,9 +25,9 @@ _DEPARTS = {
 def permanent_set(left: Mapping[str, float], judged: SetFigures | None) -> str:
     """Return what is left without load, and what of it exceeds its limit."""
     sign = "longer" if left["length"] > 0 else "shorter"
-    parts = [f"{quantity(abs(left['length']), '.2g', 'µm')} {sign} between the bores"]
+    parts = [f"{_um(abs(left['length']))} {sign} between the bores"]
     counted = {name: what for name, what in _DEPARTS.items() if left[name] >= _LEAST_UM}
-    parts += [f"{what} by {quantity(left[name], '.2g', 'µm')}" for name, what in counted.items()]
+    parts += [f"{what} by {_um(left[name])}" for name, what in counted.items()]
     parts += [f"twisted by {number(left['twist_deg'], '.2g')}°"] if left["twist_deg"] >= _LEAST_DEG else []
     if judged is None:
         return ", ".join(parts)
@@ -35,6 +35,10 @@ def permanent_set(left: Mapping[str, float], judged: SetFigures | None) -> str:
     return (
         f"{', '.join(parts)}{'; beyond the limit: ' if beyond else ', within the limits'}{', '.join(beyond)}"
     )
+
+
+def _um(value: float) -> str:
+    return quantity(value, ".2g" if value < 100 else ".0f", "µm")
 
 
 def _limit(name: str, value: float) -> str:

@@ -86,7 +86,7 @@ def _trapped(name: str, amount: float, loading: EngineLoading) -> TrappedLiquid:
     closed = chamber * float(relative_volume(engine, ratio, np.array(shut if two_stroke else bottom)))
     return TrappedLiquid(
         liquid=amount * _ML,
-        closed=max(closed, holds),
+        closed=closed,
         chamber=chamber,
         piston_area=engine.piston_area,
         intake=table.intake * (table.gas_scale or 1.0),

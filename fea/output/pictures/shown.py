@@ -78,7 +78,7 @@ class Field:
 
 
 _FIELDS = (
-    Field("plastic_strain", "equivalent plastic strain"),
+    Field("plastic_strain_percent", "equivalent plastic strain", "%"),
     Field(VON_MISES, "von Mises stress", "MPa"),
     Field("principal_1", "largest principal stress", "MPa", signed=True),
     Field("principal_3", "least principal stress", "MPa", low=True, signed=True),
@@ -214,10 +214,11 @@ def _left(summary: Summary, vtu: Path, field: str | None) -> Picture:
     found = summary.plastic if vtu.stem == "plastic" else summary.overload
     if found is None:
         raise LookupError(vtu.stem)
-    after = "running" if vtu.stem == "plastic" else f"the overload ({found.state})"
-    note = f"largest plastic strain {100 * found.max_plastic_strain:.2g} %"
+    after = "running" if vtu.stem == "plastic" else "the overload"
+    after = "95 % of the force at which the shank bends" if found.state == "bends" else after
+    note = f"largest plastic strain at a Gauss point {100 * found.max_plastic_strain:.2g} %"
     heading = [f"without load, after {after}", _speed(summary)]
-    return _picture(summary, vtu, heading, note=note, field=field or "plastic_strain")
+    return _picture(summary, vtu, heading, note=note, field=field or "plastic_strain_percent")
 
 
 def _picture(summary: Summary, vtu: Path, heading: list[str], *, note: str, field: str) -> Picture:
