@@ -34,7 +34,7 @@ class OverloadTable(
     energy_J: Positive | None = key(
         "400.0",
         "of crank and flywheel, which bends the rod until it is used up; default: unlimited",
-        needs="liquid_ml: a pressure or a force has no end",
+        needs="liquid_ml: a pressure or a force lasts",
     )
     bow_mm: Positive | None = key(
         "0.15", "of the unloaded shank, in its first mode; default: a thousandth of its length (assumed)"
