@@ -140,7 +140,10 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
 
 def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
-    left = permanent_set(mesh.whole, mesh.bores.rod_length, followed.whole)
+    left, limits = (
+        permanent_set(mesh.whole, mesh.bores.rod_length, followed.whole),
+        overload_table(rod.rod).limits,
+    )
     names, where = list(rod.loads), place_name(mesh, followed.node)
     case = names[flow.cases[0]] if flow.cases else ""
     named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
@@ -155,7 +158,7 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         cases=tuple(names[number] for number in flow.cases),
         residual_MPa=followed.residual,
         set_um=left,
-        set_judged=judged(left, overload_table(rod.rod).limits),
+        set_judged=None if flow.answer is PlasticAnswer.COLLAPSES else judged(left, limits),
         strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
     )
