@@ -84,10 +84,8 @@ def flow_checks(flow: Flow, before: Mapping[str, Check]) -> dict[str, Check]:
         "plastic_yield": max(0.0, flow.beyond_yield),
         "plastic_dissipation": max(0.0, -flow.least_dissipation),
     }
-    worst = {
-        name: max(value, before[name].value if name in before else 0.0) for name, value in values.items()
-    }
-    return {name: check(name, value) for name, value in worst.items()}
+    had = {name: each.value for name, each in before.items()}
+    return {name: check(name, max(value, had.get(name, 0.0))) for name, value in values.items()}
 
 
 def _loads(

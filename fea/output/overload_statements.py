@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from fea.analysis.overload_figures import BendingFigures, SetFigures
 from fea.analysis.summary_figures import Summary
 from fea.analysis.survival import SET_WORDS
-from fea.base.units import KN
+from fea.base.units import KN, UM
 from fea.output.units import factor, number, quantity
 
 _PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
@@ -25,19 +25,21 @@ _DEPARTS = {
 def permanent_set(left: Mapping[str, float], judged: SetFigures | None) -> str:
     """Return what is left without load, and what of it exceeds its limit."""
     sign = "longer" if left["length"] > 0 else "shorter"
-    parts = [f"{_um(abs(left['length']))} {sign} between the bores"]
+    length = f"{_um(abs(left['length']))} {sign}" if abs(left["length"]) >= _LEAST_UM else "as long as it was"
+    parts = [f"{length} between the bores"]
     counted = {name: what for name, what in _DEPARTS.items() if left[name] >= _LEAST_UM}
     parts += [f"{what} by {_um(left[name])}" for name, what in counted.items()]
     parts += [f"twisted by {number(left['twist_deg'], '.2g')}°"] if left["twist_deg"] >= _LEAST_DEG else []
     if judged is None:
         return ", ".join(parts)
     beyond = [f"{SET_WORDS[name]} ({_limit(name, judged.limits[name])})" for name in judged.exceeded]
-    return (
-        f"{', '.join(parts)}{'; beyond the limit: ' if beyond else ', within the limits'}{', '.join(beyond)}"
-    )
+    end = f"; beyond the limit: {', '.join(beyond)}" if beyond else ", within the limits"
+    return ", ".join(parts) + end
 
 
 def _um(value: float) -> str:
+    if value >= 1e3:
+        return quantity(value * UM, ".2f", "mm")
     return quantity(value, ".2g" if value < 100 else ".0f", "µm")
 
 
@@ -65,11 +67,11 @@ def overload(summary: Summary) -> Iterator[str]:
     )
     left = "" if found.set_um is None else permanent_set(found.set_um, found.set_judged)
     elements = "1 element" if found.elements == 1 else f"{found.elements} elements"
-    strain, carries = number(100 * found.max_plastic_strain, ".2g"), f"the shank bends at {limit}, factor "
+    carries = f"the shank bends at {limit}, factor {factor(found.safety_factor)}"
+    flows = f"{elements} by up to {number(100 * found.max_plastic_strain, '.2g')} % ({found.where})"
     does = {
-        "elastic": f"it stays elastic; {carries}{factor(found.safety_factor)}",
-        "flows": f"it flows in {elements} by up to {strain} % ({found.where}) and stays {left}; {carries}"
-        f"{factor(found.safety_factor)}",
+        "elastic": f"it stays elastic; {carries}",
+        "flows": f"it flows in {flows} and stays {left}; {carries}",
         "bends": f"it bends {_PLANES[found.bending.plane]}, as it carries {limit}; "
         f"{left or 'nothing ends that before its bow is a tenth of its length'}",
         "collapses": f"it gives way plastically ({found.where})",

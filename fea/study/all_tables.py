@@ -20,8 +20,8 @@ from fea.study.rod_table import RodKeys
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable
 
-_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
-_BUILT: tuple[Any, ...] = ForcesTable, AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable
-_REST: tuple[Any, ...] = OverloadTable, OptimiseTable, OutputTable
+_ENGINE: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
+_LOADED: tuple[Any, ...] = OverloadTable, ForcesTable, AssemblyTable
+_SOLVED: tuple[Any, ...] = MeshTable, AnalysisTable, ContactTable, FilmTable, OptimiseTable, OutputTable
 # In the order of the commented study.
-TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_BUILT, *_REST)}
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_ENGINE, *_LOADED, *_SOLVED)}

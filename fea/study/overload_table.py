@@ -43,9 +43,9 @@ class OverloadTable(
         "40.0", "permanent set that is accepted: of the distance of the bores", default=SHORTENING_UM
     )
     most_bend_um: NotNegative = key(
-        "50.0", "of the bores' axes out of parallel, seen along the rod's side, over 100 mm", default=BEND_UM
+        "50.0", "bores' axes out of parallel over 100 mm, seen from the side of the rod", default=BEND_UM
     )
-    most_twist_deg: NotNegative = key("0.086", "of one bore's axis against the other's", default=TWIST_DEG)
+    most_twist_deg: NotNegative = key("0.086", "one bore's axis against the other's", default=TWIST_DEG)
     most_big_end_um: NotNegative = key("10.0", "out of round: big end's bore", default=BIG_END_UM)
     most_small_end_um: NotNegative = key("8.0", "out of round: small end's bore", default=SMALL_END_UM)
 
