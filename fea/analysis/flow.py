@@ -1,27 +1,29 @@
 """What yielding leads to: whether a rod that flows settles, and up to which multiple of its loads."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fea.analysis.bench import bench_cases
+from fea.analysis.collapse import bending_figures, overload_table
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import PlasticFigures, SettledFatigueFigures
 from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
-from fea.base.checks import check
+from fea.base.checks import Check, check
 from fea.base.choices import SolverName
 from fea.base.material import PEENING
 from fea.base.note import Note, assumptions, doubt, omission
-from fea.base.units import DEG, UM
+from fea.base.units import DEG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import peak
-from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
+from fea.plastic.cycling import MOST_TURNS, Flow, PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
 
@@ -48,7 +50,7 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     acting = [case for case in static.cases.values() if case.load.largest_force > 0]
     if not acting or max(case.worst.value for case in acting) <= 1:
         return static
-    if why := _left_out(rod):
+    if why := left_out(rod):
         return replace(static, notes=(*static.notes, omission(FLOW, why)))
     material, strength = rod.materials[0], rod.materials[0].yield_strength
     with rod.clock("plastic flow"):
@@ -63,15 +65,27 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         # What whole sections carry is balanced better than the peaks that the bar belongs to.
         bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
         multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
+        bending = bending_figures(rod, static.loads.cases)
+        plastic = replace(
+            _figures(followed, multiple, bar),
+            fatigue=_fatigue(rod, static, followed),
+            bending=bending,
+            collapse_factor=None if bending is None else bending.limit_N / bending.force_N,
+        )
+    checks = {**static.checks, **flow_checks(flow, static.checks)}
+    notes = (*static.notes, *_notes(rod, followed))
+    return replace(static, checks=checks, notes=notes, plastic=plastic, flows={"plastic": followed})
+
+
+def flow_checks(flow: Flow, before: Mapping[str, Check]) -> dict[str, Check]:
+    """Return the checks of a flow; of those that another flow had before, the worse."""
     values = {
         "plastic_equilibrium": flow.unbalanced,
         "plastic_yield": max(0.0, flow.beyond_yield),
         "plastic_dissipation": max(0.0, -flow.least_dissipation),
     }
-    checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
-    notes = (*static.notes, *_notes(rod, followed))
-    plastic = replace(_figures(followed, multiple, bar), fatigue=_fatigue(rod, static, followed))
-    return replace(static, checks=checks, notes=notes, plastic=plastic)
+    had = {name: each.value for name, each in before.items()}
+    return {name: check(name, max(value, had.get(name, 0.0))) for name, value in values.items()}
 
 
 def _loads(
@@ -124,6 +138,10 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
 
 def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
+    left, limits = (
+        permanent_set(mesh.whole, mesh.bores.rod_length, followed.whole),
+        overload_table(rod.rod).limits,
+    )
     names, where = list(rod.loads), place_name(mesh, followed.node)
     case = names[flow.cases[0]] if flow.cases else ""
     named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
@@ -137,7 +155,8 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         turns=flow.turns,
         cases=tuple(names[number] for number in flow.cases),
         residual_MPa=followed.residual,
-        set_um={"length": followed.lengthening / UM},
+        set_um=left,
+        set_judged=None if flow.answer is PlasticAnswer.COLLAPSES else judged(left, limits),
         strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
     )
@@ -198,7 +217,7 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
         yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
 
 
-def _left_out(rod: PreparedRod) -> str:
+def left_out(rod: PreparedRod) -> str:
     """Why the flow of a rod is not followed, as a rule; empty where it can be."""
     reasons = {
         "not asked for (elastic)": rod.options.elastic,

@@ -9,7 +9,7 @@
 | judge, check | `judge` compares it with the strengths, `speed_checks`   | `fea.judge`, `fea.base.checks` |
 | refine       | `refined_rod` repeats this where the error is too large  | `fea.analysis.refinement`      |
 
-`RefinedRod.at` adds plastic flow where something yields, and cycle and oil films that are asked for.
+`RefinedRod.at` adds plastic flow where something yields, and cycle, overload and films that are asked for.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,7 @@ from fea.analysis.film import films_at
 from fea.analysis.flow import with_flow
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
+from fea.analysis.overload import with_overload
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
 from fea.analysis.speed_result import SpeedResult, speed_checks, speed_notes
@@ -68,7 +69,7 @@ class RefinedRod:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
-        result = with_flow(self.rod, result)
+        result = with_overload(self.rod, with_flow(self.rod, result))
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
         return result if self.shortfall is None else replace(result, notes=(*result.notes, self.shortfall))
@@ -161,7 +162,7 @@ def prepare(
     )
     structure, pins, of_pins = chosen_pins(structure, study.analysis)
     of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
-    return PreparedRod(
+    prepared = PreparedRod(
         study=study,
         mesh=mesh,
         loading=loading,
@@ -178,6 +179,8 @@ def prepare(
             *of_assembly,
         ),
     )
+    _ = prepared.overload  # refused before anything is solved
+    return prepared
 
 
 def _structure(

@@ -26,6 +26,7 @@ from fea.pins.model import PinModel, PinModelContext, UnitLoadFields, UnitLoads
 from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
+from fea.rod.overload import Overload
 from fea.rod.places import SurfaceRegions
 from fea.solid.inertia import Inertia, SectionBalance
 from fea.solid.parity import ParityPair
@@ -100,6 +101,14 @@ class PreparedRod:
     def mass(self) -> MassProperties:
         """Mass properties of the meshed rod."""
         return self.inertia.properties
+
+    @cached_property
+    def overload(self) -> Overload | None:
+        """The single overload of the study, if it has one. Raises `InvalidValue`: see `Overload.of`."""
+        table = self.study.overload
+        if table is None or not table.load:
+            return None
+        return Overload.of(table, self.loading, self.mass, spanned_speeds(self.study))
 
     @property
     def clamped(self) -> bool:

@@ -180,6 +180,12 @@ class RunResult:
         return self.cycle.envelope.point_data() | damage | masked_array(self.cycle.counts)
 
     @cached_property
+    def left(self) -> Mapping[str, Arrays]:
+        """Nodal arrays of what flow leaves without load: ``plastic`` in running, ``overload`` after that."""
+        flows = {} if self.speed is None else self.speed.flows
+        return {name: each.left for name, each in flows.items() if each.ends_with_flow}
+
+    @cached_property
     def forces(self) -> Mapping[str, npt.ArrayLike] | None:
         """The columns of ``loads.csv``; None where forces are given."""
         if not isinstance(self.loading, EngineLoading) or self.rpm is None:

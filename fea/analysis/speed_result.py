@@ -1,13 +1,15 @@
 """What is found at one speed: results of the load cases, checks and notes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
+from fea.analysis.flowing_rod import FollowedFlow
+from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary_figures import PlasticFigures
 from fea.base.checks import LIMITS, Check, check
@@ -100,6 +102,9 @@ class SpeedResult:
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
+    overload: OverloadFigures | None = None  #: what the single overload of the study leaves, if any
+    #: ``plastic`` and ``overload``, as they were followed
+    flows: Mapping[str, FollowedFlow] = field(default_factory=dict)
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property

@@ -31,6 +31,7 @@ from fea.analysis.figures import (
 from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
 from fea.analysis.life_figures import BenchFigures, CycleFigures
+from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
@@ -120,6 +121,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases, result.rpm),
         buckling=buckling.figures,
         plastic=result.plastic,
+        overload=result.overload,
         bench=bench,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
@@ -188,6 +190,7 @@ def summary_of(
     buckling: BucklingFigures,
     fatigue: SafetyFactor | None = None,
     plastic: PlasticFigures | None = None,
+    overload: OverloadFigures | None = None,
     bench: BenchFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
@@ -204,7 +207,7 @@ def summary_of(
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic) + tested,
+            factors(results, buckling, envelope, assembly, plastic, overload=overload) + tested,
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
@@ -229,6 +232,7 @@ def summary_of(
         life=None if life is None else life.figures,
         buckling=buckling,
         plastic=plastic,
+        overload=overload,
         bench=bench,
         head_clearance=head_clearance,
         assembly=assembly,

@@ -14,6 +14,7 @@ from fea.analysis.figures import (
     WhereKnown,
 )
 from fea.analysis.life_figures import BenchFigures, CycleFigures, EnvelopeFigures, LifeFigures
+from fea.analysis.overload_figures import BendingFigures, OverloadFigures, SetFigures
 from fea.base.checks import Check
 from fea.base.note import Note
 from fea.judge.safety_factor import SafetyFactor
@@ -134,12 +135,16 @@ class PlasticFigures(Figures):
     turns: int  #: in which something flowed
     cases: tuple[str, ...]  #: load cases or crank angles under which something flowed
     residual_MPa: float  #: principal stress of largest magnitude left there without load
-    #: What is left without load, µm: ``length``, by how much the bores are further apart (negative: closer)
+    #: What is left without load, µm and degrees: see `fea.analysis.permanent_set.permanent_set`
     set_um: Mapping[str, float]
+    set_judged: WhereKnown[SetFigures] = None  #: None where no equilibrium is left
     strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
     fatigue: WhereKnown[SettledFatigueFigures] = None
+    #: The shank under the load case that presses most on it, and the multiple of that at which it bends
+    bending: WhereKnown[BendingFigures] = None
+    collapse_factor: WhereKnown[float] = None
 
 
 class PassFigures(Figures):
@@ -248,6 +253,7 @@ class Summary(Figures):
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
     bench: WhereKnown[BenchFigures] = None  #: of [forces] with a ratio
+    overload: WhereKnown[OverloadFigures] = None  #: what the single overload of the study leaves
     plastic: WhereKnown[PlasticFigures] = None  #: where the elastic stress exceeds yield and flow is followed
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

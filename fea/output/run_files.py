@@ -190,7 +190,9 @@ def _write_film(path: Path, cycle: FilmCycle, number: int, x: float) -> None:
 
 
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
-    for name, data in {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}.items():
+    every = {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}
+    every |= {f"{name}.vtu": arrays for name, arrays in run.left.items()}
+    for name, data in every.items():
         if data:
             yield _one(name, partial(write_result, mesh=run.mesh, point_data=data, exact=False))
 
@@ -219,6 +221,7 @@ def _pictures(run: RunResult) -> Iterator[RunFiles]:
     if run.pictured and run.speed is not None:
         results = [f"{name}.vtu" for name in run.cases]
         results += [ENVELOPE] if run.cycle is not None else []
+        results += [f"{name}.vtu" for name in run.left]
         results += [BUCKLING] if run.buckling is not None and run.buckling.shapes else []
         names = tuple(picture_name(name) for name in results)
         yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))

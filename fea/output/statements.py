@@ -26,6 +26,7 @@ from fea.output.assembly_statements import (
 from fea.output.bench_statements import fatigue_test
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.life_statements import life, log_lines
+from fea.output.overload_statements import overload, overload_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, number, place, quantity
 
@@ -352,6 +353,7 @@ STATEMENTS = (
     Statement(basis, basis, "results"),
     Statement(governs, governs),
     Statement(flow, flow_in_full, "results"),
+    Statement(overload, overload_in_full, "results"),
     Statement(life, life, "fatigue"),
     Statement(fatigue_test, fatigue_test, "results"),
     Statement(lambda _summary: (), log_lines, "fatigue"),

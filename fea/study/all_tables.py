@@ -15,11 +15,13 @@ from fea.study.option_tables import (
     OptimiseTable,
     OutputTable,
 )
+from fea.study.overload_table import OverloadTable
 from fea.study.rod_table import RodKeys
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable
 
-_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
-_BUILT: tuple[Any, ...] = ForcesTable, AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable
+_ENGINE: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
+_LOADED: tuple[Any, ...] = OverloadTable, ForcesTable, AssemblyTable
+_SOLVED: tuple[Any, ...] = MeshTable, AnalysisTable, ContactTable, FilmTable, OptimiseTable, OutputTable
 # In the order of the commented study.
-TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_BUILT, OptimiseTable, OutputTable)}
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_ENGINE, *_LOADED, *_SOLVED)}

@@ -20,6 +20,7 @@ from fea.study.option_tables import (
     OptimiseTable,
     OutputTable,
 )
+from fea.study.overload_table import OverloadTable
 from fea.study.rod_table import RodTable
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
@@ -37,6 +38,7 @@ class Changes(TypedDict, total=False):
     speed: SpeedTable | Keys | float | str | Sequence[float] | None
     duty: DutyTable | Keys | None
     scatter: ScatterTable | Keys | None
+    overload: OverloadTable | Keys | None
     forces: ForcesTable | Keys | None
     assembly: AssemblyTable | Keys | None
     mesh: MeshTable | Keys | None

@@ -27,6 +27,7 @@ from fea.study.option_tables import (
     OptimiseTable,
     OutputTable,
 )
+from fea.study.overload_table import OverloadTable
 from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.python_words import python_words
@@ -40,8 +41,6 @@ from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
 
 DEFAULT_STUDY = "leon-2001"
-
-
 # Where a study says nothing of the material.
 ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
 # Speeds that differ by more are not of one engine: 6000,5 has a decimal comma.
@@ -61,6 +60,7 @@ class Study:
     speed: SpeedTable = field(default_factory=SpeedTable)
     duty: DutyTable | None = None
     scatter: ScatterTable | None = None
+    overload: OverloadTable | None = None
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
@@ -93,9 +93,8 @@ class Study:
         for name, path in (("directory", self.output.directory), ("animate", self.output.animate)):
             if path is not None:
                 located(f"output.{name}", path, self.folder)
-        if self.output.pvd_step_deg is not None:
-            step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
-            require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
+        step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
+        require(step is None or self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
         self._require_film()
         if self.forces is not None:
             given = list(self.forces.pin_N)
