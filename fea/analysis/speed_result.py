@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
 from fea.analysis.prepared_rod import PreparedRod
@@ -19,6 +20,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import SectionBalance, imbalance
 from fea.solid.parity import Parity
 from fea.solvers.static import StaticSolution
+from geometry.arrays import Floats
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -100,6 +102,8 @@ class SpeedResult:
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
+    defect: DefectFigures | None = None  #: over the cycle, where hardness is known or a flaw is given
+    largest_defect: Floats | None = None  #: (n_nodes,) µm, that does not grow; −1: not judged
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property

@@ -24,6 +24,7 @@ from fea.output.assembly_statements import (
     linings,
 )
 from fea.output.bench_statements import fatigue_test
+from fea.output.defect_answer import defects
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.life_statements import life, log_lines
 from fea.output.tables import SIDES
@@ -354,6 +355,7 @@ STATEMENTS = (
     Statement(flow, flow_in_full, "results"),
     Statement(life, life, "fatigue"),
     Statement(fatigue_test, fatigue_test, "results"),
+    Statement(defects, defects, "defects"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from fea.study.assembly_table import AssemblyTable
+from fea.study.defect_table import DefectTable
 from fea.study.engine_table import EngineTable
 from fea.study.film_table import FilmTable
 from fea.study.material_table import MaterialTable
@@ -22,4 +23,5 @@ from fea.study.speed_tables import DutyTable, SpeedTable
 _LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
 _BUILT: tuple[Any, ...] = ForcesTable, AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable
 # In the order of the commented study.
-TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_BUILT, OptimiseTable, OutputTable)}
+_LAST: tuple[Any, ...] = DefectTable, OptimiseTable, OutputTable
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_BUILT, *_LAST)}

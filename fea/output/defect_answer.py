@@ -1,0 +1,69 @@
+"""Defects in the answer: sentences, and the table of the regions."""
+
+from collections.abc import Iterator
+
+from fea.analysis.defect_figures import FlawFigures
+from fea.analysis.summary_figures import Summary
+from fea.judge.defect import LARGEST, LONG
+from fea.output.tables import AnswerTable, TableColumn
+from fea.output.units import coordinates, number, place, quantity
+
+# √area, µm, of a long flaw of 0.1 mm depth: below it, defects are worth a line without being asked for.
+_MATTERS = LONG * 100.0
+
+
+def defects(summary: Summary) -> Iterator[str]:
+    """Yield whether a given flaw grows, or the largest defect that does not where it is small."""
+    if (found := summary.defect) is None:
+        return
+    if found.flaw is not None:
+        yield _flaw(found.flaw)
+    elif found.smallest_um and found.smallest_um < _MATTERS:
+        worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)
+        sizes = worst.smallest_um, low, worst.smallest_um_high, worst.smallest_um / LONG
+        size, low_end, high_end, deep = (quantity(um, ".2g", "µm") for um in sizes)
+        yield (
+            f"Defects: the largest that does not grow has √area = {size} ({low_end} … {high_end}), as a long "
+            f"flaw of {deep} depth, {worst.region}, {place(worst.at_mm)} ({found.hardness_HV:.0f} HV)."
+        )
+
+
+def _flaw(flaw: FlawFigures) -> str:
+    size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
+    ratio = "" if flaw.stress_ratio is None else f", R {flaw.stress_ratio:.2g}"
+    by = f"{flaw.criterion}, √area {quantity(flaw.area_root_um, '.2g', 'µm')}{ratio}"
+    grows = "grows" if flaw.factor < 1 else "does not grow" if flaw.factor.low >= 1 else "may grow"
+    text = f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {grows}, factor {flaw.factor.text} ({by})"
+    if flaw.hours is not None:
+        about = float(f"{flaw.hours:.1g}")  # growth is known no better
+        text += f"; about {about:g} h until {flaw.ends} (Paris)"
+    if flaw.depth_after_service_mm is not None:
+        text += f"; {quantity(flaw.depth_after_service_mm, '.2g', 'mm')} deep at the next service"
+    return f"{text}."
+
+
+_REGIONS = (
+    TableColumn("√area", "µm", lambda row: _size(row.smallest_um)),
+    TableColumn("from", "µm", lambda row: _size(row.smallest_um_low)),
+    TableColumn("to", "µm", lambda row: _size(row.smallest_um_high)),
+    TableColumn("depth, if long", "µm", lambda row: _size(row.smallest_um, 1 / LONG)),
+    TableColumn("at x, y, z", "mm", "at_mm", coordinates),
+    TableColumn("lies", "", "position", words=True),
+    TableColumn("amplitude", "MPa", "amplitude_MPa", ".0f"),
+    TableColumn("R", "", "stress_ratio", ".2f"),
+)
+
+
+def _size(size: float, share: float = 1.0) -> str:
+    return f"{'> ' if size >= LARGEST else ''}{number(share * size, '.2g', 'µm')}"
+
+
+def defect_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the largest defects that do not grow, by region."""
+    if summary.defect is not None and summary.defect.regions:
+        caption = (
+            "Largest defects that do not grow over the cycle: Murakami's √area, across the largest principal "
+            "stress (0: fails without one; residual stress and fretting are left out)"
+        )
+        rows = [(row.region, row) for row in summary.defect.regions]
+        yield AnswerTable.of(caption, "region", _REGIONS, rows)
