@@ -6,7 +6,7 @@ from fea.analysis.defect_figures import FlawFigures
 from fea.analysis.summary_figures import Summary
 from fea.judge.defect import LARGEST, LONG
 from fea.output.tables import AnswerTable, TableColumn
-from fea.output.units import coordinates, number, place, quantity
+from fea.output.units import coordinates, number, place, quantity, unit
 
 # √area, µm, of a long flaw of 0.1 mm depth: below it, defects are worth a line without being asked for.
 _MATTERS = LONG * 100.0
@@ -20,18 +20,18 @@ def defects(summary: Summary) -> Iterator[str]:
         yield _flaw(found.flaw)
     elif found.smallest_um and found.smallest_um < _MATTERS:
         worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)
-        sizes = worst.smallest_um, low, worst.smallest_um_high, worst.smallest_um / LONG
-        size, low_end, high_end, deep = (quantity(um, ".2g", "µm") for um in sizes)
+        size, ends = _size(worst.smallest_um), f"{_size(low)} … {_size(worst.smallest_um_high)}"
         yield (
-            f"Defects: the largest that does not grow has √area = {size} ({low_end} … {high_end}), as a long "
-            f"flaw of {deep} depth, {worst.region}, {place(worst.at_mm)} ({found.hardness_HV:.0f} HV)."
+            f"Defects: the largest that does not grow has √area = {size} ({ends}) {unit('µm')}, as a long "
+            f"flaw of {_size(worst.smallest_um, 1 / LONG)} {unit('µm')} depth, {worst.region}, "
+            f"{place(worst.at_mm)} ({found.hardness_HV:.0f} HV)."
         )
 
 
 def _flaw(flaw: FlawFigures) -> str:
     size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
     ratio = "" if flaw.stress_ratio is None else f", R {flaw.stress_ratio:.2g}"
-    by = f"{flaw.criterion}, √area {quantity(flaw.area_root_um, '.2g', 'µm')}{ratio}"
+    by = f"{flaw.criterion}, √area {quantity(flaw.area_root_um, '.0f', 'µm')}{ratio}"
     grows = "grows" if flaw.factor < 1 else "does not grow" if flaw.factor.low >= 1 else "may grow"
     text = f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {grows}, factor {flaw.factor.text} ({by})"
     if flaw.hours is not None:
@@ -46,16 +46,15 @@ _REGIONS = (
     TableColumn("√area", "µm", lambda row: _size(row.smallest_um)),
     TableColumn("from", "µm", lambda row: _size(row.smallest_um_low)),
     TableColumn("to", "µm", lambda row: _size(row.smallest_um_high)),
-    TableColumn("depth, if long", "µm", lambda row: _size(row.smallest_um, 1 / LONG)),
+    TableColumn("depth, long", "µm", lambda row: _size(row.smallest_um, 1 / LONG)),
     TableColumn("at x, y, z", "mm", "at_mm", coordinates),
-    TableColumn("lies", "", "position", words=True),
     TableColumn("amplitude", "MPa", "amplitude_MPa", ".0f"),
     TableColumn("R", "", "stress_ratio", ".2f"),
 )
 
 
 def _size(size: float, share: float = 1.0) -> str:
-    return f"{'> ' if size >= LARGEST else ''}{number(share * size, '.2g', 'µm')}"
+    return f"{'> ' if size >= LARGEST else ''}{number(float(f'{share * size:.2g}'), 'g', 'µm')}"
 
 
 def defect_tables(summary: Summary) -> Iterator[AnswerTable]:

@@ -25,16 +25,6 @@ class Flaw:
     length: float
     at: tuple[float, ...] = ()  #: (3,) in the rod frame; empty: where such a flaw grows first
 
-    @classmethod
-    def parsed(cls, text: str) -> "Flaw":
-        """Read ``DEPTHxLENGTH[@x,y,z]``. Raises `InvalidValue`: another form, or a size not above 0."""
-        if (found := _FLAW.fullmatch(text)) is None:
-            rule = "must be DEPTHxLENGTH in mm, and may say where, @x,y,z"
-            raise InvalidValue("defect.size", text, rule, _EXAMPLE)
-        depth, length, *at = (float(part) for part in found.groups() if part)
-        require(depth > 0 and length > 0, "defect.size", text, "must be larger than 0", _EXAMPLE)
-        return cls(depth, length, tuple(at))
-
 
 @dataclass(frozen=True)
 class DefectTable(
@@ -69,8 +59,15 @@ class DefectTable(
 
     @property
     def flaw(self) -> Flaw | None:
-        """The flaw; None where none is given."""
-        return None if self.size is None else Flaw.parsed(self.size)
+        """The flaw, where one is given. Raises `InvalidValue`: another form, or a size not above 0."""
+        if self.size is None:
+            return None
+        if (found := _FLAW.fullmatch(self.size)) is None:
+            rule = "must be DEPTHxLENGTH in mm, and may say where, @x,y,z"
+            raise InvalidValue("defect.size", self.size, rule, _EXAMPLE)
+        depth, length, *at = (float(part) for part in found.groups() if part)
+        require(depth > 0 and length > 0, "defect.size", self.size, "must be larger than 0", _EXAMPLE)
+        return Flaw(depth, length, tuple(at))
 
     def metal(self, material: MaterialTable) -> CrackMetal:
         """Return how cracks grow. Raises `InvalidValue`: a figure is not given, nor known of the metal."""

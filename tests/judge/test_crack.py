@@ -24,8 +24,8 @@ def test_an_edge_crack():
 
 
 def test_an_edge_crack_in_a_strip():
-    # Polynomial of Brown & Srawley (1966) for tension, 0.5 % accurate, from memory. Newman & Raju state 5 % for
-    # their equations.
+    # Polynomial of Brown & Srawley (1966) for tension, 0.5 % accurate, from memory. Newman & Raju
+    # state 5 % for their equations.
     for share in (0.2, 0.3, 0.4):
         known = 1.12 - 0.231 * share + 10.55 * share**2 - 21.72 * share**3 + 30.39 * share**4
         found = over(surface_intensity(1.0, LARGE, 1 / share, np.ones_like))

@@ -71,7 +71,7 @@ def test_the_limits_beside_the_formula():
     assert largest_defect(cycle(481.0, -1.0), STEEL_300, METAL, Position.SURFACE) == 0
     closed = StressCycle(np.array([-5.0]), np.array([-400.0]))
     assert largest_defect(closed, STEEL_300, METAL, Position.SURFACE) == LARGEST
-    # Large defects under little stress: 0.65 σ_max √(π √area) = 5.4 MPa √m at R = −1, by hand 549 µm at 200 MPa.
+    # Large defects: 0.65 σ_max √(π √area) = 5.4 MPa √m at R = −1, by hand 549 µm at 200 MPa.
     assert largest_defect(cycle(200.0, -1.0), STEEL_300, METAL, Position.SURFACE) == pytest.approx(
         549.2, rel=1e-3
     )
