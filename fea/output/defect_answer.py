@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.defect_figures import FlawFigures
 from fea.analysis.summary_figures import Summary
 from fea.judge.defect import LARGEST, LONG
 from fea.output.tables import AnswerTable, TableColumn
@@ -12,13 +11,9 @@ from fea.output.units import coordinates, number, place, quantity, unit
 _MATTERS = LONG * 100.0
 
 
-def defects(summary: Summary) -> Iterator[str]:
-    """Yield whether a given flaw grows, or the largest defect that does not where it is small."""
-    if (found := summary.defect) is None:
-        return
-    if found.flaw is not None:
-        yield _flaw(found.flaw)
-    elif found.smallest_um and found.smallest_um < _MATTERS:
+def smallest_defect(summary: Summary) -> Iterator[str]:
+    """Yield the largest defect that does not grow, where it is small."""
+    if (found := summary.defect) is not None and found.smallest_um and found.smallest_um < _MATTERS:
         worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)
         size, ends = _size(worst.smallest_um), f"{_size(low)} … {_size(worst.smallest_um_high)}"
         yield (
@@ -28,7 +23,10 @@ def defects(summary: Summary) -> Iterator[str]:
         )
 
 
-def _flaw(flaw: FlawFigures) -> str:
+def given_flaw(summary: Summary) -> Iterator[str]:
+    """Yield whether a given flaw grows, and how fast."""
+    if summary.defect is None or (flaw := summary.defect.flaw) is None:
+        return
     size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
     ratio = "" if flaw.stress_ratio is None else f", R {flaw.stress_ratio:.2g}"
     by = f"{flaw.criterion}, √area {quantity(flaw.area_root_um, '.0f', 'µm')}{ratio}"
@@ -39,7 +37,7 @@ def _flaw(flaw: FlawFigures) -> str:
         text += f"; about {about:g} h until {flaw.ends} (Paris)"
     if flaw.depth_after_service_mm is not None:
         text += f"; {quantity(flaw.depth_after_service_mm, '.2g', 'mm')} deep at the next service"
-    return f"{text}."
+    yield f"{text}."
 
 
 _REGIONS = (

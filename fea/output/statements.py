@@ -24,7 +24,7 @@ from fea.output.assembly_statements import (
     linings,
 )
 from fea.output.bench_statements import fatigue_test
-from fea.output.defect_answer import defects
+from fea.output.defect_answer import given_flaw, smallest_defect
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.life_statements import life, log_lines
 from fea.output.tables import SIDES
@@ -352,10 +352,10 @@ STATEMENTS = (
     Statement(failed_checks, failed_checks),
     Statement(basis, basis, "results"),
     Statement(governs, governs),
+    Statement(given_flaw, given_flaw, "defects"),
     Statement(flow, flow_in_full, "results"),
     Statement(life, life, "fatigue"),
     Statement(fatigue_test, fatigue_test, "results"),
-    Statement(defects, defects, "defects"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),
@@ -365,6 +365,7 @@ STATEMENTS = (
     Statement(singular, singular),
     Statement(levers, levers),
     Statement(cycle, cycle),
+    Statement(smallest_defect, smallest_defect, "defects"),
     Statement(lambda _summary: (), head_gap, "head-clearance"),
     Statement(worst_edge, sharp_edges, "results"),
     Statement(_if_assembled(fits)),
