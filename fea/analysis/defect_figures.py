@@ -33,7 +33,7 @@ class FlawFigures(Figures):
     criterion: str  #: ``Murakami``, or ``El Haddad`` where it is larger than Murakami's model allows
     factor: SafetyFactor  #: against growth
     hours: WhereKnown[float] = None  #: until it ends the rod, where it grows from the surface
-    ends: WhereKnown[str] = None  #: how, in words
+    ends: WhereKnown[str] = None  #: what they lead to, in words
     depth_after_service_mm: WhereKnown[float] = None  #: None where it ends before
 
 

@@ -253,7 +253,7 @@ def flaw_figures(
     return replace(
         figures,
         hours=float(cycles[-1] / an_hour),
-        ends="the rest breaks" if breaks else f"{100 * DEEPEST:.0f} % of the wall is cut",
+        ends="fracture" if breaks else f"{100 * DEEPEST:.0f} % of the wall",
         depth_after_service_mm=float(np.interp(service, cycles, depths)) if service < cycles[-1] else None,
     )
 

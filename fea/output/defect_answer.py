@@ -11,9 +11,30 @@ from fea.output.units import coordinates, number, place, quantity, unit
 _MATTERS = LONG * 100.0
 
 
-def smallest_defect(summary: Summary) -> Iterator[str]:
-    """Yield the largest defect that does not grow, where it is small."""
-    if (found := summary.defect) is not None and found.smallest_um and found.smallest_um < _MATTERS:
+def given_flaw(summary: Summary) -> Iterator[str]:
+    """Yield whether a given flaw grows, and how fast."""
+    if summary.defect is None or (flaw := summary.defect.flaw) is None:
+        return
+    size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
+    grows = "grows" if flaw.factor < 1 else "does not grow" if flaw.factor.low >= 1 else "may grow"
+    text = f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {grows}, factor {flaw.factor.text} by "
+    text += flaw.criterion
+    if flaw.hours is not None:
+        text += f"; about {float(f'{flaw.hours:.1g}'):g} h to {flaw.ends}"  # growth is known no better
+    if flaw.depth_after_service_mm is not None:
+        text += f"; {quantity(flaw.depth_after_service_mm, '.2g', 'mm')} deep at the next service"
+    yield f"{text}."
+
+
+def defect_sizes(summary: Summary) -> Iterator[str]:
+    """Yield the size that a given flaw counts with, and the largest that does not grow, where it is small."""
+    if (found := summary.defect) is None:
+        return
+    if (flaw := found.flaw) is not None:
+        amplitude, ratio = quantity(flaw.amplitude_MPa, ".0f", "MPa"), number(flaw.stress_ratio, ".2f")
+        size = quantity(flaw.area_root_um, ".0f", "µm")
+        yield f"The flaw counts with √area = {size} under an amplitude of {amplitude}, R = {ratio}."
+    if found.smallest_um and found.smallest_um < _MATTERS:
         worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)
         size, ends = _size(worst.smallest_um), f"{_size(low)} … {_size(worst.smallest_um_high)}"
         yield (
@@ -21,23 +42,6 @@ def smallest_defect(summary: Summary) -> Iterator[str]:
             f"flaw of {_size(worst.smallest_um, 1 / LONG)} {unit('µm')} depth, {worst.region}, "
             f"{place(worst.at_mm)} ({found.hardness_HV:.0f} HV)."
         )
-
-
-def given_flaw(summary: Summary) -> Iterator[str]:
-    """Yield whether a given flaw grows, and how fast."""
-    if summary.defect is None or (flaw := summary.defect.flaw) is None:
-        return
-    size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
-    ratio = "" if flaw.stress_ratio is None else f", R {flaw.stress_ratio:.2g}"
-    by = f"{flaw.criterion}, √area {quantity(flaw.area_root_um, '.0f', 'µm')}{ratio}"
-    grows = "grows" if flaw.factor < 1 else "does not grow" if flaw.factor.low >= 1 else "may grow"
-    text = f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {grows}, factor {flaw.factor.text} ({by})"
-    if flaw.hours is not None:
-        about = float(f"{flaw.hours:.1g}")  # growth is known no better
-        text += f"; about {about:g} h until {flaw.ends} (Paris)"
-    if flaw.depth_after_service_mm is not None:
-        text += f"; {quantity(flaw.depth_after_service_mm, '.2g', 'mm')} deep at the next service"
-    yield f"{text}."
 
 
 _REGIONS = (
