@@ -14,7 +14,6 @@ class DefectPlaceFigures(Figures):
     smallest_um_low: float
     smallest_um_high: float
     at_mm: Vector
-    position: str  #: ``surface`` or ``inside``
     amplitude_MPa: float  #: of the stress across the plane of the largest principal stress
     stress_ratio: float | None  #: None where the plane never opens
 

@@ -177,7 +177,6 @@ def _places(rod: PreparedRod, found: NodeCycles, size: Floats) -> Iterator[Defec
             smallest_um_low=float(low[own].min()),
             smallest_um_high=float(high[first]),
             at_mm=vector(rod.mesh.whole.points[found.node[first]]),
-            position=(Position.SURFACE if found.surface[first] else Position.INSIDE).value,
             amplitude_MPa=float(cycle.amplitude[first]),
             stress_ratio=plain(cycle.ratio[first]),
         )
@@ -238,6 +237,8 @@ def flaw_figures(
     facets = np.concatenate(list(rod.mesh.whole.facets.values()))
     surface = FacetSurface(points, facets, np.zeros_like(facets[:, 0]), np.zeros((0, 3, 3)))
     wall = float(surface.depth(at[None], ahead[None])[0])
+    if not np.isfinite(wall):  # along a surface
+        return figures
     along = DEEPEST * wall * np.linspace(0.0, 1.0, _ALONG)[:, None] ** 2 * ahead
     line = across(_histories(rod, result, at + along, part), normal)
     stresses = (

@@ -91,10 +91,7 @@ class Gauge:
 
 
 def foot(mesh: TetMesh, place: Floats, facets: Ints | None = None) -> tuple[Floats, Floats, Ints, Floats]:
-    """Nearest place (3,) on facets, projector on them, nodes of its facet, their shape functions.
-
-    Without `facets`, those of the free surface.
-    """
+    """Nearest place (3,) on facets (default: free ones), projector, nodes of its facet, their shapes."""
     facets = mesh.facets[Surface.FREE] if facets is None else facets
     away = np.linalg.norm(mesh.points[facets[:, :3]].mean(axis=1) - place, axis=1)
     near = facets[np.argsort(away)[:_NEAR]]

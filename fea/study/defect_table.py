@@ -30,17 +30,15 @@ class Flaw:
 class DefectTable(
     StudyTable,
     table="defect",
-    intro="A flaw that the rod may have, and how cracks grow in its material: da/dN = C ΔK^m; switches the "
-    "crank cycle on. What is left out is assumed, and the run says what",
+    intro="A flaw of the rod, and how cracks grow, da/dN = C ΔK^m; switches the crank cycle on",
     optional=True,
 ):
     """[defect]: stress intensities are in MPa √m."""
 
     size: str | None = key(
         '"0.4x6@70,6.6,3"',
-        "DEPTHxLENGTH of a flaw in mm, and where it is; default: where such a flaw grows first",
+        "a flaw, DEPTHxLENGTH in mm, and where: does it grow over the cycle? Default: where it grows first",
         flag="defect",
-        help="A flaw, DEPTHxLENGTH[@x,y,z] in mm: does it grow, and how fast (with --cycle)?",
     )
     normal: tuple[float, ...] | None = key(
         "[1, 0, 0]", "of the plane of the flaw; default: the worst, across the largest principal stress"
