@@ -44,7 +44,7 @@ class Gauge:
     @classmethod
     def of(cls, table: GaugeTable, name: str, mesh: TetMesh, materials: Sequence[Material]) -> "Gauge":
         """Put a gauge on the whole rod. Raises `InvalidValue`: far from the surface, or normal to it."""
-        middle, plane, facet, _ = _foot(mesh, np.array(table.at_mm))
+        middle, plane, facet, _ = foot(mesh, np.array(table.at_mm))
         away, at = float(np.linalg.norm(middle - table.at_mm)), np.round(middle, 2).tolist()
         rule = f"is {away:.3g} mm from the free surface of the rod, and at most {FARTHEST:g} mm are allowed"
         require(away <= FARTHEST, f"[[gauge]] {name}: at_mm", list(table.at_mm), rule, f"Near it is {at}.")
@@ -57,7 +57,7 @@ class Gauge:
         E, nu = materials[part].youngs_modulus, materials[part].poissons_ratio
         parts = list[tuple[Ints, Floats, Floats]]()
         for at, weight in zip(_POINTS * table.length_mm / 2, _WEIGHTS / 2, strict=True):
-            _, plane, facet, shapes = _foot(mesh, middle + at * along)
+            _, plane, facet, shapes = foot(mesh, middle + at * along)
             x, y, z = plane @ along / np.linalg.norm(plane @ along)
             dyad = np.array([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * x * z])
             parts.append(
@@ -90,9 +90,9 @@ class Gauge:
         return np.asarray(np.einsum("nc,nct->t", self.strain, np.stack([spot.stress for spot in found])))
 
 
-def _foot(mesh: TetMesh, place: Floats) -> tuple[Floats, Floats, Ints, Floats]:
-    """Nearest place (3,) on the free surface, projector on it, nodes of its facet, their shape functions."""
-    facets = mesh.facets[Surface.FREE]
+def foot(mesh: TetMesh, place: Floats, facets: Ints | None = None) -> tuple[Floats, Floats, Ints, Floats]:
+    """Nearest place (3,) on facets (default: free ones), projector, nodes of its facet, their shapes."""
+    facets = mesh.facets[Surface.FREE] if facets is None else facets
     away = np.linalg.norm(mesh.points[facets[:, :3]].mean(axis=1) - place, axis=1)
     near = facets[np.argsort(away)[:_NEAR]]
     shapes, slopes = shape_functions(facets.shape[1], _PLACES)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fea.analysis.assembling import AssemblySetup
+from fea.analysis.defects import with_defects
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.film import films_at
 from fea.analysis.flow import with_flow
@@ -70,6 +71,7 @@ class RefinedRod:
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
         result = with_overload(self.rod, with_flow(self.rod, result))
+        result = with_defects(self.rod, result)
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
         return result if self.shortfall is None else replace(result, notes=(*result.notes, self.shortfall))

@@ -177,7 +177,9 @@ class RunResult:
         if self.cycle is None:
             return None
         damage = {} if self.life is None else self.life.point_data()
-        return self.cycle.envelope.point_data() | damage | masked_array(self.cycle.counts)
+        defect = None if self.speed is None else self.speed.largest_defect
+        largest = {} if defect is None else {"largest_defect_um": defect}
+        return self.cycle.envelope.point_data() | damage | largest | masked_array(self.cycle.counts)
 
     @cached_property
     def left(self) -> Mapping[str, Arrays]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
 from fea.analysis.flowing_rod import FollowedFlow
@@ -21,6 +22,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import SectionBalance, imbalance
 from fea.solid.parity import Parity
 from fea.solvers.static import StaticSolution
+from geometry.arrays import Floats
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -105,6 +107,8 @@ class SpeedResult:
     overload: OverloadFigures | None = None  #: what the single overload of the study leaves, if any
     #: ``plastic`` and ``overload``, as they were followed
     flows: Mapping[str, FollowedFlow] = field(default_factory=dict)
+    defect: DefectFigures | None = None  #: over the cycle, where hardness is known or a flaw is given
+    largest_defect: Floats | None = None  #: (n_nodes,) µm, that does not grow; −1: not judged
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property

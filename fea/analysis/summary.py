@@ -139,7 +139,8 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     cycle = result.cycle
     histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
     gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
-    return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges or None)
+    hand = hand_calculation(rod, result.cases, summary)
+    return replace(summary, hand=hand, gauges=gauges or None, defect=result.defect)
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.figures import (
     SCHEMA,
     CaseFigures,
@@ -250,6 +251,7 @@ class Summary(Figures):
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
+    defect: WhereKnown[DefectFigures] = None  #: with the cycle, of steels and given flaws
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
     bench: WhereKnown[BenchFigures] = None  #: of [forces] with a ratio

@@ -24,6 +24,7 @@ from fea.output.assembly_statements import (
     linings,
 )
 from fea.output.bench_statements import fatigue_test
+from fea.output.defect_answer import defect_sizes, given_flaw
 from fea.output.flow_statements import flow, flow_in_full
 from fea.output.life_statements import life, log_lines
 from fea.output.overload_statements import overload, overload_in_full
@@ -350,6 +351,7 @@ class Statement(NamedTuple):
 # The answer, by consequence: failed checks, what governs, doubts, remedies, the rest.
 STATEMENTS = (
     Statement(failed_checks, failed_checks),
+    Statement(given_flaw, given_flaw, "defects"),
     Statement(basis, basis, "results"),
     Statement(governs, governs),
     Statement(flow, flow_in_full, "results"),
@@ -365,6 +367,7 @@ STATEMENTS = (
     Statement(singular, singular),
     Statement(levers, levers),
     Statement(cycle, cycle),
+    Statement(defect_sizes, defect_sizes, "defects"),
     Statement(lambda _summary: (), head_gap, "head-clearance"),
     Statement(worst_edge, sharp_edges, "results"),
     Statement(_if_assembled(fits)),

@@ -9,6 +9,7 @@ from fea.base import choices
 from fea.base.shipped import TomlTable
 from fea.study.all_tables import TABLES
 from fea.study.assembly_table import AssemblyTable
+from fea.study.defect_table import DefectTable
 from fea.study.engine_table import EngineTable, with_preset
 from fea.study.film_table import FilmTable
 from fea.study.material_table import MaterialTable
@@ -45,6 +46,7 @@ class Changes(TypedDict, total=False):
     analysis: AnalysisTable | Keys | None
     contact: ContactTable | Keys | None
     film: FilmTable | Keys | None
+    defect: DefectTable | Keys | None
     optimise: OptimiseTable | Keys | None
     output: OutputTable | Keys | None
 
@@ -129,7 +131,7 @@ def switched_on(raw: Keys) -> TomlTable:
     """Return the tables of a study with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "film": ("film", True)}
-    by_table |= dict.fromkeys(("duty", "scatter"), ("cycle", True))
+    by_table |= dict.fromkeys(("duty", "scatter", "defect"), ("cycle", True))
     switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
     if not switched or not isinstance(analysis, Mapping):
         return dict(raw)

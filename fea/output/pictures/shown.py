@@ -88,6 +88,7 @@ _FIELDS = (
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
     Field("endurance_limit", "endurance limit", "MPa", low=True),
+    Field("largest_defect_um", "largest defect that does not grow, √area", "µm", low=True),
     Field("contact_pressure", "contact pressure", "MPa"),
     Field("displacement", "displacement", "mm"),
 )

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.summary_figures import Summary
 from fea.output import life_tables, tables
+from fea.output.defect_answer import defect_tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
@@ -154,6 +155,7 @@ def sections(run: Run) -> Iterator[ReportSection]:
         yield from _answer(
             summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories, open_tables=0
         )
+    yield from _answer(summary, "defects", "Defects", defect_tables(summary))
     if run.film is not None and summary.film:
         charts = list(_film_charts(summary, run.film))
         title, found = "Oil films of the bearings", tables.film_tables(summary)
