@@ -153,9 +153,9 @@ def comparison_tables(found: ComparisonFigures) -> Iterator[AnswerTable]:
     ):
         if keys:
             rows = []
-            for key, values in keys.items():
+            for key, entries in keys.items():
                 words, unit = _words(key)
-                rows.append((heading(words, unit), *(study_value(value, unit) for value in values)))
+                rows.append((heading(words, unit), *(study_value(value, unit) for value in entries)))
             yield AnswerTable(caption, ("key", *names), tuple(rows))
 
 
