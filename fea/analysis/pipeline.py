@@ -25,6 +25,7 @@ from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
+from fea.analysis.responses import causes
 from fea.analysis.speed_result import SpeedResult, speed_checks, speed_notes
 from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import LIMITS
@@ -161,7 +162,7 @@ def prepare(
     )
     structure, pins, of_pins = chosen_pins(structure, study.analysis)
     of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
-    return PreparedRod(
+    prepared = PreparedRod(
         study=study,
         mesh=mesh,
         loading=loading,
@@ -178,6 +179,8 @@ def prepare(
             *of_assembly,
         ),
     )
+    list(causes(prepared))  # refuses what the rod has not before anything is solved
+    return prepared
 
 
 def _structure(

@@ -34,6 +34,7 @@ from fea.analysis.life_figures import BenchFigures, CycleFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
+from fea.analysis.reliability import duty_reliability
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import (
     BucklingFigures,
@@ -137,6 +138,8 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     cycle = result.cycle
     histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
     gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
+    if summary.life is not None:
+        summary = replace(summary, life=replace(summary.life, reliability=duty_reliability(rod)))
     return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges or None)
 
 

@@ -263,14 +263,3 @@ def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
     if not is_steel(youngs_modulus):
         return None
     return min(_STEEL_RATIO * ultimate, _STEEL_LIMIT)
-
-
-# Cyclic curve σ_a = K′ ε_p^n′ by Bäumel & Seeger's uniform material law (1990): K′ over the ultimate
-# strength, and n′, of steels and of aluminium and titanium alloys. From memory: the source was not read.
-_STEEL_CURVE, _LIGHT_CURVE, YIELD_STRAIN = (1.65, 0.15), (1.61, 0.11), 0.002
-
-
-def estimated_cyclic_yield(ultimate: float, youngs_modulus: float) -> float:
-    """0.2 % yield strength, MPa, in repeated loading, of a metal of ultimate strength and modulus in MPa."""
-    ratio, exponent = _STEEL_CURVE if is_steel(youngs_modulus) else _LIGHT_CURVE
-    return float(ratio * ultimate * YIELD_STRAIN**exponent)

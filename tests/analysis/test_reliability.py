@@ -10,11 +10,13 @@ from studies import PLAIN
 
 from fea.analysis import reliability
 from fea.analysis.cycle.figures import envelope_figures
+from fea.analysis.cycle.operation import CountedCycles, JudgedNodes
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
-from fea.analysis.reliability import _cycles, _places, reliability_figures, scatter_of
+from fea.analysis.reliability import _cycles, _places, reliability_figures, speed_operation
+from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
-from fea.judge.cycle_life import cycle_life
+from fea.judge.cycle_life import cycle_life, life_line
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.rainflow import rainflow
 from fea.judge.reliability import STATIC, FirstFailure, Scatter, deviation
@@ -55,15 +57,26 @@ def varied(rod, **more):
 
 
 def lives(rod, solved, table=None):
-    return reliability_figures(solved.cycle, varied(rod, study=replace(rod.study, scatter=table)), RPM)
+    return at_speed(solved, varied(rod, study=replace(rod.study, scatter=table)))
+
+
+def at_speed(solved, rod):
+    return reliability_figures(solved.cycle, rod, speed_operation(solved.cycle, rod, RPM))
+
+
+def places_of(rod, solved):
+    found = solved.cycle
+    nodes = JudgedNodes(
+        found.envelope.fatigue_factor, found.envelope.fatigue_part, found.counts, found.regions
+    )
+    scatter = scatter_of(None, rod.loading, rod.options.fatigue)
+    return list(_places(speed_operation(found, rod, RPM), nodes, rod, scatter))
 
 
 @pytest.mark.parametrize("factor", [0.85, 0.97, 1.03, 1.15])
 def test_superposed_amplitudes_are_those_of_contact_solved_at_another_gas_load(rod, solved, factor):
     """2 %; three standard deviations of a cylinder among others and of single cycles."""
-    cycle = rod.crank_cycle(RPM)
-    scatter = scatter_of(ScatterTable(), rod.loading, rod.options.fatigue)
-    places = list(_places(solved.cycle, rod, cycle, scatter))
+    places = places_of(rod, solved)
     assert len(places) >= 2
     loading = rod.loading
     other = EngineLoading(loading.engine, scaled(loading.gas, factor), loading.table).crank_cycle(
@@ -100,7 +113,7 @@ def test_places_are_regions_and_bound_the_rod(rod, solved):
 def test_an_engine_of_four_loses_its_first_rod_earlier(rod, solved):
     four = replace(rod.study.engine, cylinders=4)
     loading = EngineLoading.of(four, rod.mesh.bores.rod_length)
-    found = reliability_figures(solved.cycle, varied(rod, loading=loading), RPM)
+    found = at_speed(solved, varied(rod, loading=loading))
     assert found.rods == 4
     assert found.b1_hours < found.engine_b10_hours < found.b10_hours
 
@@ -108,9 +121,9 @@ def test_an_engine_of_four_loses_its_first_rod_earlier(rod, solved):
 def test_an_assumed_line_has_b_lives_only_where_scatter_is_given(rod, solved):
     materials = tuple(replace(material, basquin=None) for material in rod.materials)
     own = varied(rod, structure=replace(rod.structure, materials=materials))
-    assert reliability_figures(solved.cycle, own, RPM) is None
+    assert at_speed(solved, own) is None
     given = varied(own, study=replace(rod.study, scatter=ScatterTable(hours=10.0)))
-    found = reliability_figures(solved.cycle, given, RPM)
+    found = at_speed(solved, given)
     assert found.conditional
     assert all(place.assumed for place in found.places)
     assert 0 <= found.failed_percent[0] <= found.failed_percent[1] <= 100
@@ -136,8 +149,9 @@ def test_the_answer_names_percentiles_of_a_known_line_alone(rod, solved):
 def test_static_strength_acts_through_mean_stress(rod):
     """Goodman: σ_a/(1 − σ_m/S_u), with S_u of the rod in place of the median."""
     (material,) = rod.materials
-    counted = [(np.array([300.0]), np.array([200.0]))]
-    amplitude, followed = _cycles(Fatigue.GOODMAN, material, counted, 0.05)
+    one = np.ones(1)
+    counted = [CountedCycles(300.0 * one, 200.0 * one, one, 0 * one, one < 0, one > 0)]
+    amplitude, _, followed = _cycles(Fatigue.GOODMAN, material, counted, life_line(material, one), 0.05)
     assert amplitude[0, 0] == pytest.approx(200 / (1 - 300 / 938))
     other = 938 * np.exp(STATIC * deviation(0.05))
     assert np.exp(followed[0]) * amplitude[0, 0] == pytest.approx(200 / (1 - 300 / other))
@@ -149,10 +163,10 @@ def test_bolts_last_by_the_line_of_vdi_2230(monkeypatch, rolled, slope):
     judged = SimpleNamespace(endurance=50.0, bending_amplitude=100.0)
     monkeypatch.setattr(reliability, "judged_bolts", lambda *_: [judged])
     bolt = SimpleNamespace(bolt=SimpleNamespace(rolled=rolled))
-    state = SimpleNamespace(bolts=[SimpleNamespace(count=2)])
-    (place,) = reliability._bolts(
-        SimpleNamespace(states=[state]), SimpleNamespace(assembling=SimpleNamespace(bolt=bolt))
-    )
+    entry = SimpleNamespace(states=[SimpleNamespace(bolts=[SimpleNamespace(count=2)])])
+    operation = SimpleNamespace(entries=[entry], rates=[3e5])
+    assembling = SimpleNamespace(bolt=bolt)
+    (place,) = reliability._bolts(operation, SimpleNamespace(assembling=assembling))
     found = FirstFailure([place], Scatter(strength=0.08))
     assert found.of_place(0, 0.5).cycles == pytest.approx(2e6 / 2**slope, rel=0.01)
     assert found.of_rod(0.75).cycles == pytest.approx(2e6 / 2**slope, rel=0.01)

@@ -20,7 +20,7 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
-from fea.judge.cycle_life import with_line
+from fea.judge.cycle_life import life_line, with_line
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.rainflow import rainflow
@@ -142,7 +142,7 @@ class RodFactors(ABC):
     def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
         """S–N line with surface factors; None where it or the effect of mean stress is not known."""
         known = criterion_strength(self._criterion, material) is not None
-        return LifeLine.of(with_line(material), surface) if known else None
+        return life_line(material, surface) if known else None
 
     def buckling(self, cycle: CrankCycle) -> ModeFactor:
         """Return the factor against buckling, which depends on the forces alone."""
