@@ -22,7 +22,6 @@ from fea.analysis.cycle.envelope import carried
 from fea.analysis.cycle.operation import (
     CountedCycles,
     Entry,
-    GasAlone,
     JudgedNodes,
     Operation,
     every_cycle,
@@ -32,9 +31,9 @@ from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.life_figures import DutyFigures, LifeFigures, LogFigures
-from fea.analysis.scatter import fired
+from fea.analysis.scatter import UNFIRED
 from fea.base.note import Note, assumptions, doubt, omission, remark, warning
-from fea.judge.cycle_life import band_of, life_line, with_line
+from fea.judge.cycle_life import band_of, life_line
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.verdict import CAP
 from fea.rod.loading import DutyLoads
@@ -51,9 +50,7 @@ _OF_ASSUMED = "strengths a standard deviation of such estimates below and above 
 COUNTED, LEAST = 16, 0.2
 # Ranges of at least this part of the largest are made exact: smaller ones hardly damage.
 _EXACT = 0.7
-CRITICAL_DAMAGE = (
-    0.3  # Miner's sum at failure under varying amplitudes, beside 1 (FKM guideline; from memory)
-)
+CRITICAL_DAMAGE = 0.3  # Miner's sum at failure by varying amplitudes, beside 1 (FKM guideline; from memory)
 _NOT_JUDGED = -1.0
 _LIFE = "life"
 _ASSUMED_LINE = (
@@ -114,10 +111,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads, scat
     table, log = duty.table, duty.table.read
     fastest = max(zip(table.entries, duty.loadings, strict=True), key=lambda own: own[0].rpm)
     analysis = analysis.supported(fastest[1].crank_cycle(mass, fastest[0].rpm))
-    entries = tuple(_entries(analysis, mass, duty))
-    strongest = max(entries, key=lambda entry: float(np.abs(entry.gas).max()))
-    alone = GasAlone.of(analysis, strongest.cycle) if scatter else None
-    full = Operation(analysis, entries, alone, scatter, log)
+    full = Operation(analysis, tuple(_entries(analysis, mass, duty)), scatter, log)
     operation = full.projected()
     of_parts = {n: _of_part(operation, n) for n in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
@@ -152,7 +146,7 @@ def _entries(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> 
         instants = cycle.at(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
         order = np.argsort(instants.crank_angle)
         full = analysis.basis.full(instants, cycle).at(order)
-        pulls = gas_along_rod(instants)[order] * (gas is None or fired(gas))
+        pulls = gas_along_rod(instants)[order] * (gas not in UNFIRED)
         states = analysis.basis.contacts(cycle).states if analysis.loads.path_dependent else ()
         yield Entry(cycle, full, share * rpm * loading.engine.cycles_per_hour, pulls, states)
 
@@ -297,14 +291,14 @@ def _hours(damage: Floats) -> float | None:
 
 def _unknown(analysis: CycleAnalysis) -> Iterator[Note]:
     for part, own in zip(analysis.mesh.parts, analysis.materials, strict=True):
-        material = with_line(own)
-        if own.basquin is None and material.basquin is not None:
+        line = own.basquin or life_line(own, np.array([each.factor for each in own.marin.surfaces.values()]))
+        if own.basquin is None and line is not None:
             yield from assumptions("life", [_ASSUMED_LINE.format(part)])
         needed = {
             "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
-            "sn_amplitude_MPa)": material.basquin,
-            "endurance limit (endurance_MPa)": material.endurance_limit,
-            "ultimate strength (ultimate_MPa)": criterion_strength(analysis.fatigue, material),
+            "sn_amplitude_MPa)": line,
+            "endurance limit (endurance_MPa)": own.endurance_limit,
+            "ultimate strength (ultimate_MPa)": criterion_strength(analysis.fatigue, own),
         }
         if missing := [name for name, known in needed.items() if known is None]:
             yield warning(

@@ -71,7 +71,7 @@ class PlaceLifeFigures(BLifeFigures):
 
 
 class ResponseFigures(Figures):
-    """What a further cause does, of which the crank cycle was solved again at two values."""
+    """What a further cause does, of which the crank cycle was solved again at four values."""
 
     cause: str  #: in words
     deviation: float  #: its standard deviation

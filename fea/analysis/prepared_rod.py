@@ -148,7 +148,7 @@ class PreparedRod:
         return replace(self, study=study).with_pins(self.prescribed, pressure=PRESCRIBED)
 
     def with_pins(self, pins: PinModel | None = None, **changed: Any) -> "PreparedRod":
-        """Return the rod, with its stiffness, under other pins; `changed`: fields of what they are made of."""
+        """Return the rod, with its stiffness, under other pins; `changed`: fields that these follow from."""
         structure = replace(self.structure, **changed)
         pins = structure.pins() if pins is None else pins
         fields = FieldRecovery.of(structure, self.mesh, pins)

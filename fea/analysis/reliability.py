@@ -14,16 +14,20 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.cycle.operation import (
     CountedCycles,
     Entry,
-    GasAlone,
     JudgedNodes,
     Operation,
     every_cycle,
     gas_along_rod,
 )
 from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.life_figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigures
+from fea.analysis.life_figures import (
+    BLifeFigures,
+    PlaceLifeFigures,
+    ReliabilityFigures,
+    ResponseFigures,
+)
 from fea.analysis.prepared_rod import PreparedRod
-from fea.analysis.responses import responses
+from fea.analysis.responses import causes, responses
 from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material
@@ -53,7 +57,7 @@ def speed_operation(result: CycleResult, rod: PreparedRod, rpm: float) -> Operat
     rate = engine.engine.cycles_per_hour * rpm
     entry = Entry(cycle, result.weights, rate, gas_along_rod(cycle.degrees), result.states)
     scatter = scatter_of(rod.study.scatter, engine, rod.options.fatigue).cycle_pressure
-    return Operation(rod.cycle, (entry,), GasAlone.of(rod.cycle, cycle), scatter)
+    return Operation(rod.cycle, (entry,), scatter)
 
 
 def reliability_figures(
@@ -90,15 +94,13 @@ def _reliability(
     scatter = scatter_of(given, loading, rod.options.fatigue)
     places = [*_places(operation, nodes, rod, scatter), *_bolts(operation, rod)]
     where = [(place.node, int(nodes.part[place.node])) for place in places if place.node is not None]
-    causes = () if table is None else responses(rod, operation, where)
-    places = [
-        replace(place, responses=np.array([cause.change[number] for cause in causes]).reshape(-1, 2))
-        for number, place in enumerate(places)
-    ]
+    if FirstFailure(places, scatter).of_rod(SHARES[1]).cycles < LOW_CYCLE:
+        return None
+    if every_cause := list(causes(rod)):
+        solved = responses(rod, operation, where, every_cause)
+        places = [replace(place, responses=own) for place, own in zip(places, solved, strict=True)]
     found, an_hour = FirstFailure(places, scatter), sum(operation.rates)
     of_rod, rods = [found.of_rod(share) for share in SHARES], loading.engine.cylinders
-    if of_rod[1].cycles < LOW_CYCLE:
-        return None
     every = [[found.of_place(number, share) for share in SHARES] for number in range(len(places))]
     most = [min(lives) for lives in zip(*every, strict=True)]
     worst = [lives[1] for lives in every].index(most[1])
@@ -127,7 +129,16 @@ def _reliability(
         samples=found.samples,
         sampling_error_percent=100 * max(life.error for life in (*of_rod, of_engine)),
         scatter_percent={cause: 100 * value for cause, value in asdict(scatter).items()},
-        responses=tuple(cause.figures(worst) for cause in causes) or None,
+        responses=tuple(
+            ResponseFigures(
+                cause=cause.name,
+                deviation=cause.deviation,
+                unit="µm" if cause.field == "contact" else "%",
+                change_percent=(100 * math.expm1(low), 100 * math.expm1(high)),
+            )
+            for cause, (low, *_, high) in zip(every_cause, places[worst].responses, strict=True)
+        )
+        or None,
     )
 
 
@@ -183,10 +194,8 @@ def _places(operation: Operation, nodes: JudgedNodes, rod: PreparedRod, scatter:
             every_cycle([(1.0, histories)], operation.rates, operation.log)
             for histories in operation.at_gas(spot, change, (factors - 1).tolist())
         ]
-        line = line.stronger(1 / material.marin.reliability)
-        amplitude, rate, static = _cycles(
-            rod.options.fatigue, material, counted, line, scatter.static_strength
-        )
+        line, criterion = line.stronger(1 / material.marin.reliability), rod.options.fatigue
+        amplitude, rate, static = _cycles(criterion, material, counted, line, scatter.static_strength)
         yield Place(
             name=name,
             count=2 if 2 * spot.place[2] > _APART * rod.mesh.bores.rod_length else 1,
@@ -201,15 +210,11 @@ def _places(operation: Operation, nodes: JudgedNodes, rod: PreparedRod, scatter:
 
 
 def _cycles(
-    criterion: Fatigue,
-    material: Material,
-    counted: Sequence[CountedCycles],
-    line: LifeLine,
-    static: float,
+    criterion: Fatigue, material: Material, counted: Sequence[CountedCycles], line: LifeLine, static: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Reversed amplitudes and rates (n_gas, n) of the cycles that damage most.
+    """Reversed amplitudes and rates (n_gas, n) of the cycles that damage most, by gas load.
 
-    And how (n_gas, n_static) the amplitude of the first of them follows the static strength.
+    The third (n_gas, n_static) is the logarithm of how the first of them follows the static strength.
     """
     most = min(_MOST_CYCLES, max(len(cycles.mean) for cycles in counted))
     amplitudes, rates, ends = (np.zeros((len(counted), of)) for of in (most, most, 2))

@@ -9,12 +9,7 @@ from fea.study.scatter_table import ScatterTable
 
 # Scatter of the gas load where a study gives none: between cylinders, and from cycle to cycle by fuel.
 _CYLINDERS, _PETROL, _DIESEL = 3.0, 5.0, 1.5
-_UNFIRED = {"none", "motored", "boyle", "compressor"}
-
-
-def fired(gas: str) -> bool:
-    """Whether a gas of [engine] burns."""
-    return gas not in _UNFIRED
+UNFIRED = {"none", "motored", "boyle", "compressor"}  # gases that do not burn
 
 
 def scatter_of(table: ScatterTable | None, loading: EngineLoading, criterion: Fatigue) -> Scatter:
@@ -22,7 +17,7 @@ def scatter_of(table: ScatterTable | None, loading: EngineLoading, criterion: Fa
     table, engine = table or ScatterTable(), loading.table
     library = engine.library()
     diesel = "diesel" in (engine.fuel, "diesel" if library is not None and "diesel" in library.title else "")
-    usual = (_CYLINDERS, _DIESEL if diesel else _PETROL) if fired(engine.gas) else (0.0, 0.0)
+    usual = (_CYLINDERS, _DIESEL if diesel else _PETROL) if engine.gas not in UNFIRED else (0.0, 0.0)
     given = table.peak_pressure_percent, table.cycle_pressure_percent
     cylinder, cycle = (own if one is None else one for one, own in zip(given, usual, strict=True))
     static = table.yield_percent if criterion is Fatigue.SODERBERG else table.ultimate_percent

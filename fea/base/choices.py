@@ -85,12 +85,6 @@ class CapJoint(StrEnum):
     STRAIGHT = "straight"
 
 
-class PreloadScatter(StrEnum):
-    """Scatter of the preload that is not given as a number: that of VDI 2230 by the way of tightening."""
-
-    VDI = "vdi-2230"
-
-
 class BoltGrade(StrEnum):
     """Property classes of bolts (ISO 898-1), and grades of aftermarket bolts."""
 

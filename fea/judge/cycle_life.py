@@ -67,13 +67,6 @@ def assumed_line(material: Material) -> Basquin | None:
     return Basquin(short / (2 * SHORT) ** exponent, exponent)
 
 
-def with_line(material: Material) -> Material:
-    """Return a material with its S–N line, else with one that is assumed, which may be none."""
-    surfaces = np.array([surface.factor for surface in material.marin.surfaces.values()])
-    fits = material.basquin is None and life_line(material, surfaces) is not None
-    return replace(material, basquin=assumed_line(material)) if fits else material
-
-
 def life_line(material: Material, surface: Floats | float) -> LifeLine | None:
     """Return the line of places of surface factors k_a (n,), its own or an assumed one.
 

@@ -33,8 +33,8 @@ _REPLICATES, _LOADS, _COMMON, _OF_EACH = 8, 256, 64, 32
 # Logarithms of strength over median between which critical ones are looked for, and those of tables.
 _STRENGTHS = np.linspace(-1.5, 1.5, 601)
 # Standard deviations from the median of static strengths for which places have responses; and from the mean
-# of other causes for which they have.
-STATIC, AWAY = np.linspace(-4.0, 4.0, 9), 2.0
+# of further causes for which they have.
+STATIC, AWAY = np.linspace(-4.0, 4.0, 9), (-2.0, -1.0, 1.0, 2.0)
 # Cycles beyond which a life counts as unlimited, and the least and largest share that is computed.
 _LONGEST, _LEAST, _MOST = 1e15, 1e-15, 1 - 1e-15
 
@@ -67,9 +67,8 @@ class Place:
     amplitude: Floats  #: (n_gas, n) amplitudes of fully reversed stress of the cycles of a period, MPa
     #: (n_gas, len(STATIC)) logarithm of the largest of them over that at median static strength
     static: Floats | None = None
-    #: (n_causes, 2) by how much the logarithm of amplitude over strength grows, `AWAY` standard deviations of
-    #: further causes below and above their means
-    responses: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    #: (n_causes, len(AWAY)) by how much the logarithm of amplitude over strength grows with further causes
+    responses: Floats = field(default_factory=lambda: np.zeros((0, len(AWAY))))
     rate: Floats | None = None  #: (n_gas, n) how often each cycle occurs in a period; once, if none are given
     assumed: bool = False  #: whether the S–N line is
     node: int | None = None  #: on the whole rod, but of bolts
@@ -98,6 +97,13 @@ class Place:
         factors = self.gas * (1 + TAIL * scatter * np.array([[-1.0], [0.0], [1.0]]))
         largest = np.interp(factors, self.gas, self.amplitude.max(axis=1)).max(axis=0)
         return np.asarray(np.log(np.maximum(largest, np.finfo(float).tiny) / float(self.line.limit[0])))
+
+
+def responded(away: Floats, response: Floats) -> Floats:
+    """Interpolate a response (len(AWAY),) at deviations (…) from the mean: beyond the ends, straight on."""
+    (lowest, low, high, highest), far = response, 2 * AWAY[-1]
+    values = [3 * lowest - 2 * low, lowest, low, 0.0, high, highest, 3 * highest - 2 * high]
+    return np.asarray(np.interp(away, [-far, *AWAY[:2], 0.0, *AWAY[2:], far], values))
 
 
 class BLife(NamedTuple):
@@ -188,10 +194,7 @@ class _Critical:
     def __init__(self, place: Place, cycle: float, gas: Floats, others: Floats) -> None:
         self._place, self._damage, self._tail = place, place.damage(cycle), place.tail(cycle)
         self._after, self._part = _cell(gas, place.gas)
-        low, high = place.responses.T
-        # Through both values and none at the mean: of each cause a parabola.
-        away = np.clip(others[..., 1:] / AWAY, -2.0, 2.0)
-        self._more: Floats = away @ ((high - low) / 2) + away**2 @ ((high + low) / 2)
+        self._more: Floats = sum(map(responded, np.moveaxis(others[..., 1:], -1, 0), place.responses), 0.0)
         if place.static is not None:
             j, t = _cell(others[..., 0], STATIC)
             before, after = (
@@ -205,10 +208,9 @@ class _Critical:
         log, place, line = math.log(cycles), self._place, self._place.line
         at = np.array([np.interp(log, -of_gas, _STRENGTHS) for of_gas in self._damage])
         if line.gentle is not None:
-            often = np.take_along_axis(place.often, place.amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
-            at = np.minimum(
-                at, self._tail + np.log(np.maximum(cycles * often / line.knee, 1.0)) / line.gentle
-            )
+            largest = place.amplitude.argmax(axis=1)[:, None]
+            often = cycles / line.knee * np.take_along_axis(place.often, largest, axis=1)[:, 0]
+            at = np.minimum(at, self._tail + np.log(np.maximum(often, 1.0)) / line.gentle)
         return np.asarray((1 - self._part) * at[self._after - 1] + self._part * at[self._after] + self._more)
 
 

@@ -9,7 +9,6 @@ tightening: VDI 2230, as `fea/study/bolts.toml` has it. Clearances and friction 
 
 from dataclasses import dataclass
 
-from fea.base.choices import PreloadScatter
 from fea.study.tables import NotNegative, Positive, StudyTable, key, within
 from geometry.errors import require, require_number
 
@@ -23,11 +22,6 @@ def _percent(name: str, value: object) -> None:
 
 
 _solved = within(0, 40, " %")  # two standard deviations must leave something
-
-
-def _preload(name: str, value: object) -> None:
-    if not isinstance(value, PreloadScatter):
-        _solved(name, value)
 
 
 @dataclass(frozen=True)
@@ -65,11 +59,16 @@ class ScatterTable(
         "of the gas load from cycle to cycle, in every rod (diesel: 1.5, assumed; 0 without combustion)",
         _percent,
     )
-    preload_percent: PreloadScatter | float | None = key(
-        '"vdi-2230"',
-        "of the preload of the bolts; a number, or the usual one of their way of tightening. The crank cycle "
-        "is solved again twice, for friction too and four times for clearances",
-        _preload,
+    preload_percent: float | None = key(
+        "10.0",
+        "of the preload of the bolts. The crank cycle is solved again four times, as for friction, and for "
+        "clearances eight times",
+        _solved,
+    )
+    tightening: bool = key(
+        "true",
+        "the usual scatter of the preload by the way of tightening (VDI 2230), if none is given",
+        default=False,
     )
     friction_percent: float | None = key("20.0", "of the friction between the parts", _solved)
     clearance_um: NotNegative | None = key("3.0", "of the diametral clearance of each pin, in um")

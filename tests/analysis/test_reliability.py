@@ -14,16 +14,18 @@ from fea.analysis.cycle.operation import CountedCycles, JudgedNodes
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.analysis.reliability import _cycles, _places, reliability_figures, speed_operation
+from fea.analysis.responses import causes, responses, usual_scatter
 from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.judge.cycle_life import cycle_life, life_line
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.rainflow import rainflow
-from fea.judge.reliability import STATIC, FirstFailure, Scatter, deviation
+from fea.judge.reliability import AWAY, STATIC, FirstFailure, Scatter, deviation, responded
 from fea.output.life_statements import b_lives
 from fea.output.life_tables import reliability_tables
 from fea.output.statements import life as life_lines
 from fea.rod.loading import EngineLoading
+from fea.study.assembly_table import SCATTER
 from fea.study.scatter_table import ScatterTable
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
@@ -88,6 +90,80 @@ def test_superposed_amplitudes_are_those_of_contact_solved_at_another_gas_load(r
         exact = reversed_amplitude(Fatigue.GOODMAN, *rainflow(spot.signed), rod.materials[0]).max()
         found = np.interp(factor, place.gas, place.amplitude[:, 0])
         assert found == pytest.approx(exact, rel=0.02)
+
+
+def test_responses_are_those_of_whole_runs_with_other_clearances(rod, solved):
+    """2 %, at 1.5 deviations, which lies between solved ones; at the big end, where clearances count."""
+    own = varied(rod, study=replace(rod.study, scatter=ScatterTable(clearance_um=7.0)))
+    every = list(causes(own))
+    assert [cause.name for cause in every] == ["small-end clearance", "big-end clearance"]
+    found = solved.cycle
+    big_end = found.counts & (rod.mesh.whole.points[:, 0] < 20.0)
+    node = int(np.where(big_end, found.envelope.fatigue_factor, np.inf).argmin())
+    (response,) = responses(own, speed_operation(found, own, RPM), [(node, 0)], every)
+    fits, away = rod.pins.fits, (1.5, -1.5)
+    contact = {
+        "small_end_clearance_mm": 2 * fits.small_clearance + away[0] * 7e-3,
+        "big_end_clearance_mm": 2 * fits.big_clearance + away[1] * 7e-3,
+    }
+    other = prepare(study().with_(contact=contact), mesh=rod.mesh)
+    whole = with_cycle(other, solve_speed(other, RPM)).cycle
+
+    def largest(analysis, weights):
+        (spot,) = spots([(node, 0)], analysis.units, weights, rod.mesh.mirrored)
+        return reversed_amplitude(Fatigue.GOODMAN, *rainflow(spot.signed), rod.materials[0]).max()
+
+    exact = largest(other.cycle, whole.weights) / largest(rod.cycle, found.weights)
+    predicted = np.exp(sum(responded(np.array(z), one) for z, one in zip(away, response, strict=True)))
+    assert abs(exact - 1) > 0.01
+    assert predicted == pytest.approx(exact, rel=0.02)
+
+
+def test_a_response_shortens_lives_and_is_stated(rod, solved, monkeypatch):
+    response = 0.1 * np.array(AWAY)
+    alike = lambda _rod, _operation, where, _causes: np.tile(response, (len(where), 2, 1))  # noqa: E731
+    monkeypatch.setattr(reliability, "responses", alike)
+    plain, found = (lives(rod, solved, ScatterTable(clearance_um=um)) for um in (None, 3.0))
+    assert plain.responses is None
+    assert found.b10_hours < plain.b10_hours
+    assert [each.cause for each in found.responses] == ["small-end clearance", "big-end clearance"]
+    assert found.responses[0].change_percent == pytest.approx((-18.13, 22.14), abs=0.01)
+    life = SimpleNamespace(reliability=found)
+    summary = SimpleNamespace(rpm=RPM, life=None, cycle=SimpleNamespace(life=life))
+    (table,) = reliability_tables(summary)
+    assert "big-end clearance 3 µm (two: -18, +22 % of amplitude)" in table.caption
+
+
+@pytest.mark.parametrize(
+    ("keys", "analysis", "message"),
+    [
+        ("preload_percent = 10", "", r"scatter.preload_percent = 10: needs separate parts"),
+        ("friction_percent = 10", "", r"scatter.friction_percent = 10: needs separate parts"),
+        ("tightening = true", "", r"scatter.tightening = True: needs separate parts"),
+        (
+            "clearance_um = 8",
+            "",
+            r"clearance_um = 8: must be less than half of the small end's .* 14.4 µm",
+        ),
+        ("clearance_um = 2", 'pressure = "cosine-180"\n', r"scatter.clearance_um = 2: needs pins in contact"),
+    ],
+)
+def test_what_the_rod_has_not_cannot_scatter(rod, keys, analysis, message):
+    with pytest.raises(InvalidValue, match=message):
+        prepare(study(f"{analysis}[scatter]\n{keys}\n"), mesh=rod.mesh)
+
+
+def test_the_preload_scatters_by_the_way_of_tightening():
+    """VDI 2230, table A8 (as TR Fastenings prints it): ±9 to 23 % by elongation, ±5 to 12 % by angle."""
+    of = lambda scatter, factor=None: usual_scatter(  # noqa: E731
+        SimpleNamespace(
+            table=SimpleNamespace(bolt_tightening_factor=factor),
+            bolt=SimpleNamespace(tightening=SimpleNamespace(scatter=scatter)),
+        )
+    )
+    assert [of(SCATTER[way]) for way in ("stretch", "angle", "torque")] == [8.0, 4.25, 14.0]
+    assert of(None) == of(SCATTER["torque"])
+    assert of(SCATTER["angle"], 1.5) == pytest.approx(10.0)  # (1 + 0.2)/(1 − 0.2) = 1.5
 
 
 def test_without_scatter_every_share_has_the_life_of_the_median(rod, solved):
@@ -192,7 +268,10 @@ def test_defaults_follow_the_gas(rod):
         ("peak_pressure_percent = 120", r"scatter.peak_pressure_percent = 120: must lie between 0 and 50 %"),
         ("batch_percent = 101", r"scatter.batch_percent = 101: must lie between 0 and 100 %"),
         ("hours = 0", r"scatter.hours = 0: must be positive"),
-        ('tightening = "by feel"', r"tightening"),
+        ('tightening = "by feel"', r"scatter.tightening = 'by feel': must be true or false"),
+        ("preload_percent = 45", r"scatter.preload_percent = 45: must lie between 0 and 40 %"),
+        ("friction_percent = -1", r"scatter.friction_percent = -1: must lie between 0 and 40 %"),
+        ("clearance_um = -1", r"scatter.clearance_um = -1: must not be negative"),
         ('strength_percent = "much"', r"scatter.strength_percent"),
     ],
 )
@@ -207,5 +286,5 @@ def test_scatter_needs_the_cycle_and_switches_it_on():
     given = text[: text.index("[engine]")] + "[forces]\npin_N = [1000.0, 0.0]\n"
     with pytest.raises(InvalidValue, match=r"forces.pin_N = .*: cannot be combined with \[scatter\]"):
         study("[scatter]\n", given)
-    again = study("[scatter]\nhours = 5\nstrength_percent = 6")
+    again = study("[scatter]\nhours = 5\nstrength_percent = 6\nclearance_um = 2\ntightening = true")
     assert parse_study(again.text(), "plain", again.folder).scatter == again.scatter

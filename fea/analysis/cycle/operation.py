@@ -8,6 +8,7 @@ other pressures say how much that is (`tests/benchmarks/scatter.py`).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -28,20 +29,10 @@ from loads.instants import Instants, assembled
 from loads.instants import joined as joined_instants
 
 
-class GasAlone(NamedTuple):
-    """The stress of the gas alone, in the direction of the rod."""
-
-    weights: Weights  #: (…, 2) of the unit solutions: under the force, and with nothing acting
-    force: float  #: N
-
-    @classmethod
-    def of(cls, analysis: CycleAnalysis, cycle: CrankCycle) -> "GasAlone | None":
-        """Return that of a cycle; None without gas."""
-        gas = [case for case in cycle.peaks.cases if case.name == "gas"]
-        if not gas:
-            return None
-        full = analysis.basis.full(joined_instants([gas[0], assembled()]))
-        return cls(analysis.basis.projected(full), float(gas[0].gas))
+def gas_cases(cycle: CrankCycle) -> Instants | None:
+    """Return the gas alone, at its peak, and nothing; None without gas."""
+    gas = [case for case in cycle.peaks.cases if case.name == "gas"]
+    return joined_instants([gas[0], assembled()]) if gas else None
 
 
 def gas_along_rod(some: Instants) -> Floats:
@@ -65,7 +56,6 @@ class Operation:
 
     analysis: CycleAnalysis
     entries: tuple[Entry, ...]
-    alone: GasAlone | None
     scatter: float = 0.0  #: coefficient of variation of the gas load from cycle to cycle
     log: DutyLog | None = None  #: in whose order the entries follow
 
@@ -73,6 +63,12 @@ class Operation:
         """Return the operation, whose weights are of all unit loads, with those of the unit solutions."""
         own = (each._replace(weights=self.analysis.basis.projected(each.weights)) for each in self.entries)
         return replace(self, entries=tuple(own))
+
+    @cached_property
+    def _alone(self) -> tuple[Weights, float] | None:
+        """Weights under the largest gas force and under nothing, and that force, N; None without gas."""
+        gas = gas_cases(max(self.entries, key=lambda entry: float(np.abs(entry.gas).max())).cycle)
+        return None if gas is None else (self.analysis.basis.weights(gas), float(gas[0].gas))
 
     @property
     def rates(self) -> list[float]:
@@ -87,10 +83,11 @@ class Operation:
         # Together, as the stress of a place has one sign over all entries.
         units, whole = self.analysis.units, self.analysis.mesh.mirrored
         found = spots(where, units, joined(*(entry.weights for entry in self.entries)), whole)
-        if self.alone is None:
+        if self._alone is None:
             return [(spot, np.zeros_like(spot.stress)) for spot in found]
-        course = np.concatenate([entry.gas for entry in self.entries]) / self.alone.force
-        pressed = spots(where, units, self.alone.weights, whole)
+        weights, force = self._alone
+        course = np.concatenate([entry.gas for entry in self.entries]) / force
+        pressed = spots(where, units, weights, whole)
         changes = [np.outer(spot.stress[:, 0] - spot.stress[:, 1], course) for spot in pressed]
         return list(zip(found, changes, strict=True))
 
@@ -102,7 +99,7 @@ class Operation:
 
     def varied(self, spot: PlaceHistory, change: Floats) -> list[tuple[float, list[Floats]]]:
         """Shares of the cycles, and the stress of each entry as `at_gas`: see `varied_pressure`."""
-        shares, factors = zip(*varied_pressure(self.scatter if self.alone else 0.0), strict=True)
+        shares, factors = zip(*varied_pressure(self.scatter), strict=True)
         return list(zip(shares, self.at_gas(spot, change, factors), strict=True))
 
 
@@ -151,8 +148,6 @@ def every_cycle(
         code = bins[0] * len(usual) + bins[1]
         _, first, times = np.unique(code, return_index=True, return_counts=True)
         (low, high), (least, largest) = bins[:, first], stress[pairs[:, first]]
-        own = np.ones(len(times), dtype=bool)
-        found.append(
-            ((least + largest) / 2, (largest - least) / 2, times / log.hours, high, low != high, own)
-        )
+        of_stays = (least + largest) / 2, (largest - least) / 2, times / log.hours
+        found.append((*of_stays, high, low != high, np.ones(len(times), dtype=bool)))
     return CountedCycles(*map(np.concatenate, zip(*found, strict=True)))
