@@ -3,10 +3,8 @@
 Every node gets the damage of its largest range at each speed. Where one range dominates, that is nearly all:
 by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
 revolutions of a four-stroke cycle count alike. So every range of the histories is counted at the nodes of
-the largest damage, and the worst of those is the rod's.
-
-Where pressure differs from cycle to cycle, the mean damage of the cycles counts at these nodes, and life is
-unlimited only if a cycle of three standard deviations does no damage.
+the largest damage, and the worst of those is the rod's. Pressure differs from cycle to cycle: there the mean
+damage of the cycles counts, and the tail for `endless`.
 
 A log has the order of the speeds too. Of each stay at a speed and load, one cycle of the crank is taken out:
 the highest and lowest stresses of all stays are a history of their own, with cycles between speeds.

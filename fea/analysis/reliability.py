@@ -184,8 +184,7 @@ def _places(operation: Operation, nodes: JudgedNodes, rod: PreparedRod, scatter:
     where = _regions(nodes, rod)
     reach = 0.1 + 4 * math.hypot(scatter.cylinder_pressure, scatter.boost) + 4.6 * scatter.cycle_pressure
     factors = np.linspace(max(1 - reach, 0.05), 1 + reach, _GAS_FACTORS)
-    known = zip(where, operation.places(list(where.values())), strict=True)
-    for (name, _), (spot, change) in known:
+    for (name, _), (spot, change) in zip(where, operation.places(list(where.values())), strict=True):
         material = rod.materials[spot.part]
         line = life_line(material, np.array([nodes.regions.factor(spot.node, material)]))
         if line is None or criterion_strength(rod.options.fatigue, material) is None:

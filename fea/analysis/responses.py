@@ -23,6 +23,7 @@ from fea.judge.reliability import AWAY
 from fea.pins.contact import ContactPins
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import SCATTER
+from fea.study.speed_tables import SpeedTable
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from loads.crank_cycle import CrankCycle
@@ -86,8 +87,7 @@ def _clearances(rod: PreparedRod, deviation: float) -> Iterator[Cause]:
     if not isinstance(pins, ContactPins):
         rule = "needs pins in contact, which this study or rod excludes"
         raise InvalidValue(key, deviation, rule, "Leave it out, or give analysis.pressure = contact.")
-    fits = pins.fits
-    for end, radial in (("small", fits.small_clearance), ("big", fits.big_clearance)):
+    for end, radial in (("small", pins.fits.small_clearance), ("big", pins.fits.big_clearance)):
         mean = 2 * radial
         rule = f"must be less than half of the {end} end's clearance, {abs(mean) / UM:.3g} µm"
         remedy = "Beyond, pins would change between clearance and press fit: give less, or that clearance."
@@ -103,12 +103,11 @@ def responses(
 
     Of nodes of parts, then of the bolts, over their endurance. Raises `InvalidValue`: the parts come apart.
     """
-    (spot, _), *_ = operation.places(where[:1])
-    signed = np.split(spot.signed, np.cumsum([entry.weights.even.shape[1] for entry in operation.entries]))
-    damage = [rate * np.ptp(own) ** _POWER for rate, own in zip(operation.rates, signed, strict=False)]
+    (signed,) = operation.at_gas(*operation.places(where[:1])[0], [0.0])
+    damage = [rate * np.ptp(own) ** _POWER for rate, own in zip(operation.rates, signed, strict=True)]
     cycle = operation.entries[int(np.argmax(damage))].cycle
-    speed = replace(rod.study.speed, rpm=cycle.speed / RPM)
-    alone = replace(rod, study=replace(rod.study, speed=speed, duty=None))
+    rpm = round(cycle.speed / RPM, 6)  # so that the rod spans this very cycle
+    alone = replace(rod, study=replace(rod.study, speed=SpeedTable(rpm), duty=None))
     now = _demand(rod, cycle, where)
     found = np.zeros((len(now), len(every), len(AWAY)))
     for number, cause in enumerate(every):
@@ -129,11 +128,9 @@ def _demand(rod: PreparedRod, cycle: CrankCycle, where: Sequence[tuple[int, int]
     operation = Operation(analysis, (Entry(cycle, full, 1.0, gas_along_rod(cycle.degrees)),))
     make_exact(operation, where)
     spots = [spot for spot, _ in operation.projected().places(where)]
-    demand = [
-        reversed_amplitude(criterion, *rainflow(spot.signed), rod.materials[spot.part]).max()
-        for spot in spots
-    ]
+    ranges = ((rainflow(spot.signed), rod.materials[spot.part]) for spot in spots)
+    demand = [reversed_amplitude(criterion, *counted, material).max() for counted, material in ranges]
     if rod.assembling is not None and (states := analysis.basis.contacts(cycle).states):
         bolts = judged_bolts(rod.assembling, states)
         demand += [bolt.bending_amplitude / bolt.endurance for bolt in bolts]
-    return np.log(np.array(demand))
+    return np.asarray(np.log(demand))

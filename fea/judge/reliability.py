@@ -194,7 +194,9 @@ class _Critical:
     def __init__(self, place: Place, cycle: float, gas: Floats, others: Floats) -> None:
         self._place, self._damage, self._tail = place, place.damage(cycle), place.tail(cycle)
         self._after, self._part = _cell(gas, place.gas)
-        self._more: Floats = sum(map(responded, np.moveaxis(others[..., 1:], -1, 0), place.responses), 0.0)
+        self._more = np.zeros_like(gas)
+        for number, response in enumerate(place.responses, 1):
+            self._more = self._more + responded(others[..., number], response)
         if place.static is not None:
             j, t = _cell(others[..., 0], STATIC)
             before, after = (

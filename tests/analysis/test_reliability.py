@@ -13,7 +13,13 @@ from fea.analysis.cycle.figures import envelope_figures
 from fea.analysis.cycle.operation import CountedCycles, JudgedNodes
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
-from fea.analysis.reliability import _cycles, _places, reliability_figures, speed_operation
+from fea.analysis.reliability import (
+    _cycles,
+    _places,
+    duty_reliability,
+    reliability_figures,
+    speed_operation,
+)
 from fea.analysis.responses import causes, responses, usual_scatter
 from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
@@ -24,9 +30,10 @@ from fea.judge.reliability import AWAY, STATIC, FirstFailure, Scatter, deviation
 from fea.output.life_statements import b_lives
 from fea.output.life_tables import reliability_tables
 from fea.output.statements import life as life_lines
-from fea.rod.loading import EngineLoading
+from fea.rod.loading import DutyLoads, EngineLoading
 from fea.study.assembly_table import SCATTER
 from fea.study.scatter_table import ScatterTable
+from fea.study.speed_tables import DutyTable
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from loads.gas import scaled
@@ -184,6 +191,26 @@ def test_places_are_regions_and_bound_the_rod(rod, solved):
         assert getattr(found, share) <= min(alone) * (1 + 1e-3)
     assert found.b1_hours < found.b10_hours < found.b50_hours
     assert not found.conditional
+
+
+def test_a_duty_of_one_speed_has_the_lives_of_that_speed(rod, solved):
+    """1 %: the duty has the peaks between the degrees, too."""
+    duty = DutyLoads.of(DutyTable((RPM, RPM), hours=(1.0, 3.0)), rod.engine)
+    own = varied(rod, duty=duty)
+    found, alone = duty_reliability(own), lives(rod, solved)
+    for share in ("b1_hours", "b10_hours", "b50_hours", "engine_b10_hours"):
+        assert getattr(found, share) == pytest.approx(getattr(alone, share), rel=0.01)
+    assert found.first == alone.first
+    of_speed = envelope_figures(solved.cycle, rod, list(solved.cases.values()), RPM).life
+    assert own.life.figures.hours == pytest.approx(of_speed.hours, rel=0.01)
+    half = varied(rod, duty=DutyLoads.of(DutyTable((RPM, 1000.0), hours=(1.0, 1.0)), rod.engine))
+    assert duty_reliability(half).b10_hours == pytest.approx(2 * alone.b10_hours, rel=0.01)
+    figures = replace(own.life.figures, reliability=found)
+    summary = SimpleNamespace(rpm=RPM, life=figures, cycle=None)
+    *_, line = life_lines(summary)
+    assert line.startswith(f"{b_lives(found)} over the duty: a tenth and half")
+    (table,) = reliability_tables(summary)
+    assert table.caption.startswith("Hours over the duty by which")
 
 
 def test_an_engine_of_four_loses_its_first_rod_earlier(rod, solved):

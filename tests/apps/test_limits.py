@@ -224,6 +224,9 @@ class Springs(RodFactors):
     def histories(self, cycle, *, estimated=False):
         return [], []
 
+    def under(self, instants, rows_of_parts):
+        return []
+
 
 def test_a_bolt_yields_where_its_diagram_says():
     """Without gas the pull is in proportion to speed squared, so that the limit speed follows; 1 %."""

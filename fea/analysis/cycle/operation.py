@@ -25,6 +25,7 @@ from fea.rod.places import SurfaceRegions
 from fea.study.duty_log import DutyLog
 from geometry.arrays import Floats, Ints, Mask
 from loads.crank_cycle import CrankCycle
+from loads.dynamics import EngineInstants
 from loads.instants import Instants, assembled
 from loads.instants import joined as joined_instants
 
@@ -35,7 +36,7 @@ def gas_cases(cycle: CrankCycle) -> Instants | None:
     return joined_instants([gas[0], assembled()]) if gas else None
 
 
-def gas_along_rod(some: Instants) -> Floats:
+def gas_along_rod(some: EngineInstants) -> Floats:
     """Gas force (n_instants,) along the rod, N."""
     return np.asarray(some.gas / np.cos(some.motion.rod_angle))
 
