@@ -94,12 +94,13 @@ def _reliability(
     scatter = scatter_of(given, loading, rod.options.fatigue)
     places = [*_places(operation, nodes, rod, scatter), *_bolts(operation, rod)]
     where = [(place.node, int(nodes.part[place.node])) for place in places if place.node is not None]
-    if FirstFailure(places, scatter).of_rod(SHARES[1]).cycles < LOW_CYCLE:
+    found, an_hour = FirstFailure(places, scatter), sum(operation.rates)
+    if found.of_rod(SHARES[1]).cycles < LOW_CYCLE:
         return None
     if every_cause := list(causes(rod)):
         solved = responses(rod, operation, where, every_cause)
         places = [replace(place, responses=own) for place, own in zip(places, solved, strict=True)]
-    found, an_hour = FirstFailure(places, scatter), sum(operation.rates)
+        found = FirstFailure(places, scatter)
     of_rod, rods = [found.of_rod(share) for share in SHARES], loading.engine.cylinders
     every = [[found.of_place(number, share) for share in SHARES] for number in range(len(places))]
     most = [min(lives) for lives in zip(*every, strict=True)]
