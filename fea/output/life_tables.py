@@ -85,13 +85,14 @@ def _reliability_table(when: str, found: ReliabilityFigures) -> AnswerTable:
         rows.append((f"first of {found.rods} rods", SimpleNamespace(**engine)))
     causes = [f"{cause.replace('_', ' ')} {value:.3g} %" for cause, value in found.scatter_percent.items()]
     for each in found.responses or ():
-        low, high = (number(change, "+.2g") for change in each.change_percent)
-        causes.append(f"{each.cause} {each.deviation:.3g} {each.unit} (two: {low}, {high} % of amplitude)")
+        low, high = (number(change, "+.1f") for change in each.change_percent)
+        ends = f"amplitude {low} % at −2, {high} % at +2 of these"
+        causes.append(f"{each.cause} {each.deviation:.3g} {each.unit} ({ends})")
     caption = f"Hours {when} by which 1, 10 and 50 % have failed"
     if found.conditional:
         caption += ", if the assumed strength or peak pressure is right"
     if found.failed_percent is not None:
-        least, most = (number(value, ".2g") for value in found.failed_percent)
+        least, most = (number(value, ".3g") for value in found.failed_percent)
         caption += f"; by {number(found.by_hours, 'g')} h {least} to {most} % of the rods have failed"
     error = number(found.sampling_error_percent, ".1g")
     caption += f"; standard deviations: {', '.join(causes)}; error of sampling {error} %"

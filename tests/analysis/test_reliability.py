@@ -138,7 +138,7 @@ def test_a_response_shortens_lives_and_is_stated(rod, solved, monkeypatch):
     life = SimpleNamespace(reliability=found)
     summary = SimpleNamespace(rpm=RPM, life=None, cycle=SimpleNamespace(life=life))
     (table,) = reliability_tables(summary)
-    assert "big-end clearance 3 µm (two: -18, +22 % of amplitude)" in table.caption
+    assert "big-end clearance 3 µm (amplitude -18.1 % at −2, +22.1 % at +2 of these)" in table.caption
 
 
 @pytest.mark.parametrize(
