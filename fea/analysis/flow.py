@@ -204,7 +204,7 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
     strength, key = "the yield strength in repeated loading, too", "material.cyclic_yield_MPa"
     if material.cyclic_estimated and material.cyclic_yield is not None:
         strength = f"{material.cyclic_yield:.0f} MPa as cyclic yield strength"
-        key += "; uniform material law, Bäumel & Seeger 1990, quoted from memory"
+        key += "; uniform material law, Bäumel & Seeger 1990"
     yield from assumptions(
         FLOW,
         (

@@ -27,6 +27,7 @@ from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.overload import with_overload
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
+from fea.analysis.responses import causes
 from fea.analysis.speed_result import SpeedResult, speed_checks, speed_notes
 from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import LIMITS
@@ -182,6 +183,7 @@ def prepare(
         ),
     )
     _ = prepared.overload  # refused before anything is solved
+    list(causes(prepared))  # refuses what the rod has not before anything is solved
     return prepared
 
 

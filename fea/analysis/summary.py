@@ -35,6 +35,7 @@ from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
+from fea.analysis.reliability import duty_reliability
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import (
     BucklingFigures,
@@ -139,6 +140,8 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     cycle = result.cycle
     histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
     gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
+    if summary.life is not None:
+        summary = replace(summary, life=replace(summary.life, reliability=duty_reliability(rod)))
     hand = hand_calculation(rod, result.cases, summary)
     return replace(summary, hand=hand, gauges=gauges or None, defect=result.defect)
 

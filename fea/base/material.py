@@ -267,17 +267,6 @@ def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
     return min(_STEEL_RATIO * ultimate, _STEEL_LIMIT)
 
 
-# Cyclic curve σ_a = K′ ε_p^n′ by Bäumel & Seeger's uniform material law (1990): K′ over the ultimate
-# strength, and n′, of steels and of aluminium and titanium alloys. From memory: the source was not read.
-_STEEL_CURVE, _LIGHT_CURVE, YIELD_STRAIN = (1.65, 0.15), (1.61, 0.11), 0.002
-
-
-def estimated_cyclic_yield(ultimate: float, youngs_modulus: float) -> float:
-    """0.2 % yield strength, MPa, in repeated loading, of a metal of ultimate strength and modulus in MPa."""
-    ratio, exponent = _STEEL_CURVE if is_steel(youngs_modulus) else _LIGHT_CURVE
-    return float(ratio * ultimate * YIELD_STRAIN**exponent)
-
-
 # Vickers hardness and ultimate strength, MPa, of unalloyed and low-alloy steel: DIN 50150, now ISO 18265, as
 # a supplier's table prints it (51tongren.cn).
 _HARDNESS = (80.0, 100, 150, 200, 250, 300, 350, 400, 450, 470)

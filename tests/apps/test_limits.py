@@ -18,13 +18,21 @@ import fea
 from fea.analysis.assembling import AssemblySetup
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
+from fea.analysis.cycle.candidates import RowHistories
+from fea.apps.limits import factors
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY, ScaledEngine
 from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
 from fea.apps.limits.figures import LargestValue
 from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.base.choices import Fatigue
+from fea.base.material import Material
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
+from fea.judge.cycle_life import cycle_life, varied_pressure
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.history import deviatoric
+from fea.judge.rainflow import rainflow
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
 from fea.study.option_tables import ForcesTable
@@ -223,6 +231,47 @@ class Springs(RodFactors):
 
     def histories(self, cycle, *, estimated=False):
         return [], []
+
+    def under(self, instants, rows_of_parts):
+        return []
+
+
+class Bar(Springs):
+    """A bar of one row, pulled to and fro, whose stress has a part in proportion to the gas load."""
+
+    angles = np.linspace(0.0, 4 * np.pi, 181)
+    material = Material(207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0)
+
+    def __init__(self, scatter):
+        self._scatter, self._criterion, self._materials = scatter, Fatigue.GOODMAN, [self.material]
+
+    def stress(self, gas):
+        return 380.0 * np.sin(self.angles) - 150.0 * gas * np.cos(self.angles / 2) ** 2
+
+    def histories(self, cycle, *, estimated=False):
+        part = SimpleNamespace(material=self.material, surface=lambda rows: np.ones(len(rows)))
+        return [RowHistories(part, np.zeros(1, dtype=int), uniaxial(self.stress(1.0)))], self.angles
+
+    def under(self, instants, rows_of_parts):
+        return [uniaxial(np.array([-150.0, 0.0]))]
+
+
+def uniaxial(stress):
+    return deviatoric(np.stack([stress, *np.zeros((5, len(stress)))]))[None]
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.2])
+def test_the_life_of_a_row_counts_cycles_of_every_pressure(monkeypatch, scatter):
+    monkeypatch.setattr(factors, "gas_cases", lambda _cycle: [SimpleNamespace(gas=1.0)])
+    monkeypatch.setattr(factors, "gas_along_rod", lambda _at: np.cos(Bar.angles / 2) ** 2)
+    bar, cycle = Bar(scatter), SimpleNamespace(at=lambda _angles: None)
+    varied = [(share, bar.stress(1.0 + change)) for share, change in varied_pressure(scatter)]
+    exact = cycle_life(bar.stress(1.0), bar.material, varied=varied).cycles
+    assert bar.life(cycle) == pytest.approx([exact], rel=1e-9)
+    amplitudes = [
+        reversed_amplitude(Fatigue.GOODMAN, *rainflow(each), bar.material).max() for _, each in varied
+    ]
+    assert bar.tail(cycle) == pytest.approx(max(amplitudes) / amplitudes[len(varied) // 2 - bool(scatter)])
 
 
 def test_a_bolt_yields_where_its_diagram_says():

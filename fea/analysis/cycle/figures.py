@@ -16,7 +16,7 @@ from fea.analysis.life_figures import (
 )
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
-from fea.analysis.reliability import reliability_figures, varied_cycles
+from fea.analysis.reliability import reliability_figures, speed_operation
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
@@ -80,7 +80,9 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
         return None
     material = rod.materials[spot.part]
     surface = result.regions.factor(spot.node, material)
-    varied = varied_cycles(spot, rod, rpm)
+    operation = speed_operation(result, rod, rpm)
+    (place,) = operation.places([(spot.node, spot.part)])
+    varied = [(share, signed) for share, (signed,) in operation.varied(*place)]
     found = cycle_life(spot.signed, material, surface, rod.options.fatigue, varied)
     if found is None:
         return None
@@ -97,7 +99,7 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
         assumed=found.assumed,
         unlimited=found.unlimited,
         by_strain=found.by_strain,
-        reliability=reliability_figures(result, rod, rpm),
+        reliability=reliability_figures(result, rod, operation),
     )
 
 
