@@ -46,7 +46,9 @@ class Rubbing:
         pressed = [np.maximum(state.values[vertices.normal], 0.0) for state in states]
         pressure = np.where(opened, 0.0, pressed).T
         friction = float(assembled.system.places.friction[: len(area)].max(initial=0.0))
-        return cls(np.stack(slip, axis=-1), np.where(pressure > 0, np.array(shear).T, 0.0), pressure, friction)
+        return cls(
+            np.stack(slip, axis=-1), np.where(pressure > 0, np.array(shear).T, 0.0), pressure, friction
+        )
 
     @cached_property
     def range(self) -> Floats:

@@ -96,10 +96,11 @@ def test_partial_slip_is_that_of_cattaneo_and_mindlin(cylinder):
     inside = (np.abs(x) < a - 2 * step) & (np.abs(np.abs(x) - c) > step)
     hertz, inner = (np.sqrt(np.maximum(1 - (x / width) ** 2, 0)) for width in (a, c))
     exact = FRICTION * highest * (hertz - c / a * inner)
-    # 1 %, but at the edges of contact and of slip: there both are roots of the distance, and linear here.
-    np.testing.assert_allclose(pressure[inside], highest * hertz[inside], atol=0.01 * highest)
-    np.testing.assert_allclose(np.abs(shear)[inside], exact[inside], atol=0.01 * exact.max())
-    sticks = ~cylinder.first.guess.slipping & (pressure > 0)
+    # 2 %, but at the edges of contact and of slip: there both are roots of the distance, and linear here.
+    np.testing.assert_allclose(pressure[inside], highest * hertz[inside], atol=0.02 * highest)
+    np.testing.assert_allclose(np.abs(shear)[inside], exact[inside], atol=0.02 * exact.max())
+    guess = cylinder.first.guess
+    sticks = ~guess.slipping & ~guess.opened
     assert np.abs(x[sticks]).max() == pytest.approx(c, abs=step)  # one vertex: 1.7 % of a
 
 
@@ -107,14 +108,14 @@ def test_the_energy_of_a_cycle_is_that_of_the_closed_form(cylinder):
     """By the principle of Jäger and Ciavarella (1998) and Masing's rule, per thickness, with q = Q/μP.
 
     W = (μP)²/(π E*) [4 (1 − q) ln(1 − q) + 4 q − 2 q²]: the shift under Q is μ times the difference of the
-    approaches under P and P − Q/μ. 3 %: at the edge of contact the mesh is as coarse as elsewhere.
+    approaches under P and P − Q/μ. Found within 0.3 %; 1 % leaves room for other meshes.
     """
     q, rub = SHARE, cylinder.both.rubbing(cylinder.turns[1])
     exact = (FRICTION * PRESSED) ** 2 / (np.pi * E_STAR) * (4 * (1 - q) * np.log(1 - q) + 4 * q - 2 * q**2)
-    assert rub.energy.sum() * cylinder.both.step == pytest.approx(exact, rel=0.03)
+    assert rub.energy.sum() * cylinder.both.step == pytest.approx(exact, rel=0.01)
     force = np.append(Q, Q * TURN)
     moved = [cylinder.both.steps._system.part_motion(state)[1] for state in cylinder.turns[1]]
-    assert abs(np.trapezoid(force, moved)) == pytest.approx(exact, rel=0.03)
+    assert abs(np.trapezoid(force, moved)) == pytest.approx(exact, rel=0.01)
     # Ruiz's work is largest inside the zone of slip: neither where it ends nor at the edge of contact.
     worst = abs(cylinder.both.x[rub.work.max(axis=1).argmax()])
     assert HALF_WIDTH * np.sqrt(1 - SHARE) < worst < HALF_WIDTH
