@@ -21,6 +21,7 @@ from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.film import films_at
 from fea.analysis.flow import with_flow
+from fea.analysis.fretting import fretting
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
@@ -68,6 +69,8 @@ class RefinedRod:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
+        if self.rod.options.fretting:
+            result = with_fretting(self.rod, result)
         result = with_flow(self.rod, result)
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
@@ -276,6 +279,16 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         found = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
     return replace(static, checks=checks, notes=notes, cycle=found)
+
+
+def with_fretting(rod: PreparedRod, solved: SpeedResult) -> SpeedResult:
+    """Work out what rubs at a speed whose crank cycle is solved."""
+    if solved.cycle is None:
+        return solved
+    cycle = rod.crank_cycle(solved.rpm or 0.0)
+    with rod.clock("fretting"):
+        found, notes = fretting(rod, cycle, solved.cycle)
+    return replace(solved, notes=(*solved.notes, *notes), fretting=found)
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

@@ -8,6 +8,7 @@ import numpy as np
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
+from fea.analysis.fretting import FrettingResult
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary_figures import PlasticFigures
 from fea.base.checks import LIMITS, Check, check
@@ -99,6 +100,7 @@ class SpeedResult:
     checks: Mapping[str, Check]  #: by name
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
+    fretting: FrettingResult | None = None  #: what rubs over it, where that was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 

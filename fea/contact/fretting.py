@@ -1,9 +1,9 @@
 """Fretting: what rubs at the places where parts touch, over a closed cycle of loads.
 
-From slip δ and shear τ of one place over another follow, by Ruiz, Boddington & Chen 1984 (Exp. Mech. 24, 208),
-the work τδ, and with the tensile stress σ_T along the surface σ_T τδ. Definitions vary; here δ is the range of
-slip over the cycle, and τ and σ_T are of one instant, that of the largest product. Where a place slips, the
-shear is what friction can carry: a cycle costs ∮ μ p |dδ| per area.
+From slip δ and shear τ follow, by Ruiz, Boddington & Chen 1984 (Exp. Mech. 24, 208), the work τδ, and with
+the tensile stress σ_T along the surface σ_T τδ. Definitions vary; here δ is the range of slip over the cycle,
+and τ and σ_T are of one instant, that of the largest product. Where a place slips, the shear is what friction
+can carry: a cycle costs ∮ μ p |dδ| per area.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _NO_SLIP, _ROUNDING = 1e-9, 1e-6
 
 @dataclass(frozen=True)
 class Rubbing:
-    """Slip, shear and pressure of k places at n instants of a cycle, in their order; the last is the first."""
+    """Slip, shear and pressure of k places at n instants, from the beginning of a cycle to its end."""
 
     slip: Floats  #: (k, 2, n) of one side over the other, along two tangents, mm
     shear: Floats  #: (k, n) size of the shear stress, MPa
@@ -35,20 +35,24 @@ class Rubbing:
     friction: float  #: coefficient μ
 
     @classmethod
-    def of(cls, assembled: Assembled, states: Sequence[ContactState]) -> "Rubbing":
-        """Gather it at `assembled.vertices`, from states that follow each other."""
-        vertices, interface = assembled.vertices, assembled.interface
-        number = np.searchsorted(interface, np.maximum(vertices.shear, interface[0]))
-        some, area = vertices.shear >= 0, vertices.area[:, None]
-        slip = [np.where(some, (state.gap - assembled.tightened.gap)[number], 0.0) / area for state in states]
+    def of(
+        cls, assembled: Assembled, states: Sequence[ContactState], more: Floats | float = 0.0
+    ) -> "Rubbing":
+        """Gather it at `assembled.vertices`, from states that follow each other.
+
+        `more` (n_J, n): what is to be added to their gaps: see `FrictionCycle.continued`.
+        """
+        vertices, tightened = assembled.vertices, assembled.tightened.gap
+        some = vertices.shear >= 0
+        gaps = np.stack([state.gap - tightened for state in states], axis=1) + more
+        slip = [assembled.slipped(gap) for gap in gaps.T]
         shear = [np.hypot(*np.where(some, state.values[vertices.shear], 0.0).T) for state in states]
-        opened = [state.guess.opened[: len(area)] for state in states]
+        opened = [state.guess.opened[: len(some)] for state in states]
         pressed = [np.maximum(state.values[vertices.normal], 0.0) for state in states]
         pressure = np.where(opened, 0.0, pressed).T
-        friction = float(assembled.system.places.friction[: len(area)].max(initial=0.0))
-        return cls(
-            np.stack(slip, axis=-1), np.where(pressure > 0, np.array(shear).T, 0.0), pressure, friction
-        )
+        friction = float(assembled.system.places.friction[: len(some)].max(initial=0.0))
+        held = np.where(pressure > 0, np.transpose(shear), 0.0)
+        return cls(np.stack(slip, axis=-1), held, pressure, friction)
 
     @cached_property
     def range(self) -> Floats:
@@ -60,6 +64,11 @@ class Rubbing:
             ends = np.where(touches, along, -np.inf).max(axis=1), np.where(touches, along, np.inf).min(axis=1)
             found = np.maximum(found, ends[0] - ends[1])
         return np.where(found > max(_NO_SLIP, _ROUNDING * found.max(initial=0.0)), found, 0.0)
+
+    @property
+    def creep(self) -> Floats:
+        """Slip (k,) that is left after the cycle, mm: a closed one leaves none."""
+        return np.asarray(np.linalg.norm(self.slip[..., -1] - self.slip[..., 0], axis=1))
 
     @cached_property
     def energy(self) -> Floats:

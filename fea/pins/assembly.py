@@ -17,6 +17,7 @@ import numpy as np
 from fea.contact.assembled import Assembled, FrictionCycle, TemperatureChange
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
+from fea.contact.fretting import Rubbing
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import MatingFaces, radial, uniform
 from fea.film.functions import FilmPressure
@@ -106,6 +107,12 @@ class AssemblyContact(BoreContact):
         other.sums = self.sums.of(other.assembled)
         return other
 
+    def varied(self, friction: float, crush: float) -> "AssemblyContact":
+        """Return the parts with another friction and so many times their interferences; errors as of it."""
+        other = copy(self)
+        other.assembled = self.assembled.varied(friction, crush)
+        return other
+
     def loads(self, instants: Instants, film: Floats | None = None) -> list[Load]:
         """What acts between the parts at instants; `film`: its weights (n_functions, n); 0: the pin acts."""
         pressed = np.zeros((len(self.unit_loads) - 4, len(instants))) if film is None else film
@@ -192,6 +199,24 @@ class AssemblyPins(ContactPins):
         """What acts between the parts at instants of a cycle, or each from the assembled state."""
         return self.assembly.loads(instants)
 
+    def rubbing(self, cycle: CrankCycle) -> tuple[Rubbing, Ints]:
+        """What rubs over a cycle at every degree, and the numbers of these from the cycle's beginning on.
+
+        The first one is also the last: what a cycle leaves of slip is between both. Errors as of `respond`.
+        """
+        places = cycle.places(cycle.degrees.crank_angle[:-1])
+        order = np.argsort(places)
+        states = self.states(cycle.degrees[order], cycle)
+        rubbing = _closed(self.assembly, self._cycle(cycle)[0], states, places[order], cycle)
+        return rubbing, np.append(order, order[0])
+
+    def rubbing_with(self, cycle: CrankCycle, friction: float, crush: float = 1.0) -> Rubbing:
+        """What would rub with another friction and multiple of the interferences, at the increments alone."""
+        contact = self.assembly.varied(friction, crush)
+        loads, places = contact.loads(cycle.increments), np.arange(float(len(cycle.increments)))
+        history = FrictionCycle(contact.assembled, loads)
+        return _closed(contact, history, history.at(loads, places), places, cycle)
+
     def _state(self, instant: Instants) -> ContactState:
         parts = self.assembly.assembled
         key = _key(instant.pin, instant.crank, instant.motions)
@@ -218,6 +243,18 @@ class AssemblyPins(ContactPins):
         """Return patterns of what acts between the parts, and inertia."""
         self._spanned = frozenset(map(_cycle_key, cycles))
         return _AssemblyUnits(self, cycles)
+
+
+def _closed(
+    contact: AssemblyContact,
+    history: FrictionCycle,
+    states: Sequence[ContactState],
+    places: Floats,
+    cycle: CrankCycle,
+) -> Rubbing:
+    """What rubs from the first of some states of a cycle, in their order, until that comes again."""
+    more = history.continued(np.append(places, len(cycle.increments)))
+    return Rubbing.of(contact.assembled, [*states, states[0]], more)
 
 
 def _alike(load: Load, states: Iterable[ContactState]) -> ContactState | None:

@@ -49,7 +49,8 @@ class HalfPlanes:
         start = ContactState(idle, np.zeros(2 * n), self.gap, Guess.closed(0, n), none, 0.0, 0.0, 0)
         self.assembled = SimpleNamespace(
             vertices=SimpleNamespace(shear=shear, normal=np.arange(n), area=np.full(n, step)),
-            interface=np.arange(2 * n), tightened=start, system=system,
+            tightened=start, system=system,
+            slipped=lambda gap: np.stack([np.zeros(n), gap[n:] / step], axis=1),
         )  # fmt: skip
         self.state = start
 
