@@ -25,6 +25,7 @@ from fea.base.note import Note, omission
 from fea.base.units import DEG, UM
 from fea.contact.assembled import InterfaceVertices
 from fea.contact.fretting import Rubbing, facets_across
+from fea.judge.safety_factor import without_bar
 from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats, Ints, Mask, vector
@@ -44,6 +45,7 @@ FEWEST_FACETS, _PLACES = 4, 3
 _SLIPS = 0.01
 # Friction of dry steel that has rubbed, and by how much more crush helps or not.
 _DRY, _CRUSHED = 0.7, 1.2
+AS_GIVEN = "as it is"
 NOT_RESOLVED = omission(
     "fretting under bolt heads and nuts, in bolt holes and of pins pressed in",
     "no friction is modelled there",
@@ -63,6 +65,7 @@ class FrettingResult:
     tension: Floats  #: (k, n) largest stress along the surface, MPa
     factor: Floats  #: (k,) by Crossland; NaN where strengths are not known or nothing slips
     radius: Floats  #: (k,) of the half ball that stress is averaged over, mm
+    whole: MirroredMesh  #: the whole rod
     counts: Mask  #: (k,) which are away from stress singularities
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
 
@@ -135,7 +138,9 @@ class FrettingResult:
                 energy_mJ=float(rub.energy[k]),
                 ruiz_1=float(rub.work[k].max()),
                 ruiz_2=float(severity[k]),
-                factor=float(self.factor[k]) if resolved and np.isfinite(self.factor[k]) else None,
+                factor=without_bar(float(self.factor[k]))
+                if resolved and not np.isnan(self.factor[k])
+                else None,
                 facets_across=int(self.across[k]),
                 averaged_mm=float(self.radius[k]),
             )
@@ -148,8 +153,10 @@ class FrettingResult:
             ruiz_1=float(other.work[mine & self.counts].max(initial=0.0)),
         )
 
-    def on_surfaces(self, whole: MirroredMesh) -> "RubbedSurfaces":
-        """Return the fields on the first surface of each pair of the whole rod."""
+    @cached_property
+    def drawn(self) -> "RubbedSurfaces":
+        """The fields on the first surface of each pair of the whole rod."""
+        whole = self.whole
         points, triangles, rows, pairs, count = [], [], [], [], 0
         for number, surface in enumerate(self.surfaces):
             nodes, corners = np.unique(whole.mesh.facets[surface][:, :3], return_inverse=True)
@@ -224,6 +231,7 @@ def fretting(
         tension=np.where(second[:, None], sides[1].tension, sides[0].tension),
         factor=np.where(second, sides[1].factor, sides[0].factor),
         radius=np.where(second, sides[1].radius, sides[0].radius),
+        whole=rod.mesh.mirrored,
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
         changes=changes,
     )
@@ -234,7 +242,8 @@ def _changes(pins: AssemblyPins, cycle: CrankCycle) -> tuple[dict[str, Rubbing],
     """Solve the contact of the cycle with the friction of dry steel, and with more crush, if there is any."""
     assembled, faces = pins.assembly.assembled, pins.assembly.problem.faces
     now = float(assembled.system.places.friction.max())
-    asked = {f"dry steel, friction {_DRY:g}": (_DRY, 1.0)}
+    asked: dict[str, tuple[float | None, float]] = {AS_GIVEN: (None, 1.0)}
+    asked |= {f"dry steel, friction {_DRY:g}": (_DRY, 1.0)}
     if any(face.interference > 0 for face in faces):
         asked[f"{100 * (_CRUSHED - 1):.0f} % more crush"] = (now, _CRUSHED)
     found, notes = dict[str, Rubbing](), list[Note]()

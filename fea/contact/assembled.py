@@ -281,6 +281,10 @@ class Assembled:
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
         return Load(gap, problem.sums(forces, moments), self._resultants @ weights, np.asarray(weights))
 
+    def as_here(self, load: Load, elsewhere: "Assembled") -> Load:
+        """Return a load on the same parts, put together in another way, as one on these."""
+        return replace(load, gap=load.gap + self._made - elsewhere._made)  # noqa: SLF001
+
     def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
         shape = self.problem.mesh.points.shape
@@ -330,7 +334,8 @@ class FrictionCycle:
         between there and the end. The number of increments is the place of the end. Errors as of `at`.
         """
         self.at([], np.zeros(0))
-        return np.sum([np.outer(end.left, places >= end.beginning) for end in self._ends], axis=0)
+        left = [np.outer(end.left, places >= end.beginning) for end in self._ends]
+        return np.asarray(np.sum(left, axis=0))
 
 
 class _Instants:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.analysis.fretting import RubbedSurfaces
 from fea.analysis.result import RunResult
 from fea.analysis.summary_figures import Summary
 from fea.base.note import omission
@@ -189,6 +190,17 @@ def _write_film(path: Path, cycle: FilmCycle, number: int, x: float) -> None:
     write_cells(path, points, triangles, values, {})
 
 
+def _fretting(run: RunResult) -> Iterator[RunFiles]:
+    if run.fretting is not None:
+        yield _one("fretting.vtu", partial(_write_fretting, surfaces=run.fretting))
+
+
+def _write_fretting(path: Path, surfaces: RubbedSurfaces) -> None:
+    """Write the first surface of every pair that rubs; of its elements, an array by its name is 1 on it."""
+    masks = {name.value: (surfaces.pair == k).astype(np.uint8) for k, name in enumerate(surfaces.surfaces)}
+    write_cells(path, surfaces.points, surfaces.triangles, surfaces.fields, masks)
+
+
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
     for name, data in {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}.items():
         if data:
@@ -201,6 +213,11 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
         from fea.output.plots.chart import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
+    if run.fretting is not None:
+        from fea.output.plots.fretting import plot_fretting  # noqa: PLC0415 - only a plot needs it
+
+        length, rubbed = run.summary.rod.length_mm, run.fretting
+        yield _one("fretting.png", lambda path: plot_fretting(path, rubbed, length, title))
     touched = run.pictured and any(case.touch for case in run.cases.values())
     joined = any(case.assembly for case in run.cases.values())
     if not films and not touched and not joined:
@@ -237,6 +254,7 @@ WRITERS = (
     Writer("write", _texts),
     Writer("write", _gauges),
     Writer("write", _films),
+    Writer("write", _fretting),
     Writer("write", _envelope_and_buckling),
     Writer("plot", _plots),
     Writer("picture", _pictures),

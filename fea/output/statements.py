@@ -25,6 +25,7 @@ from fea.output.assembly_statements import (
 )
 from fea.output.bench_statements import fatigue_test
 from fea.output.flow_statements import flow, flow_in_full
+from fea.output.fretting import fretting, fretting_in_full
 from fea.output.life_statements import life, log_lines
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, number, place, quantity
@@ -363,6 +364,7 @@ STATEMENTS = (
     Statement(singular, singular),
     Statement(levers, levers),
     Statement(cycle, cycle),
+    Statement(fretting, fretting_in_full, "fretting"),
     Statement(lambda _summary: (), head_gap, "head-clearance"),
     Statement(worst_edge, sharp_edges, "results"),
     Statement(_if_assembled(fits)),

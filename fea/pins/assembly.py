@@ -210,11 +210,14 @@ class AssemblyPins(ContactPins):
         rubbing = _closed(self.assembly, self._cycle(cycle)[0], states, places[order], cycle)
         return rubbing, np.append(order, order[0])
 
-    def rubbing_with(self, cycle: CrankCycle, friction: float, crush: float = 1.0) -> Rubbing:
-        """What would rub with another friction and multiple of the interferences, at the increments alone."""
-        contact = self.assembly.varied(friction, crush)
-        loads, places = contact.loads(cycle.increments), np.arange(float(len(cycle.increments)))
-        history = FrictionCycle(contact.assembled, loads)
+    def rubbing_with(self, cycle: CrankCycle, friction: float | None = None, crush: float = 1.0) -> Rubbing:
+        """What rubs at the increments alone, with another friction or multiple of the interferences."""
+        contact, history, loads = self.assembly, self._cycle(cycle)[0], self.loads(cycle.increments, cycle)
+        if friction is not None:
+            contact = contact.varied(friction, crush)
+            loads = [contact.assembled.as_here(load, self.assembly.assembled) for load in loads]
+            history = FrictionCycle(contact.assembled, loads)
+        places = np.arange(float(len(loads)))
         return _closed(contact, history, history.at(loads, places), places, cycle)
 
     def _state(self, instant: Instants) -> ContactState:

@@ -1,4 +1,4 @@
-"""Fretting of half-planes: partial slip, energy, shakedown of slip, and a punch that sticks until it slides."""
+"""Fretting of half-planes: partial slip, energy, shakedown of slip, a punch that sticks until it slides."""
 
 from types import SimpleNamespace
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fea.contact.block import Guess, Places
-from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
 from fea.contact.fretting import Rubbing, facets_across
+from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
 from fea.contact.problem import CondensedInterface
 
 # Composite modulus E*, MPa, of two half-planes of steel in plane strain: 1/E* = 2 (1 − ν²)/E.
