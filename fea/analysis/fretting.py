@@ -207,13 +207,16 @@ def fretting(
     if pins is None or pins.assembly.assembled.vertices.shear.max(initial=-1) < 0:
         return None, (omission("fretting", "no parts of the rod touch with friction ([assembly])"),)
     faces, vertices = pins.assembly.problem.faces, pins.assembly.assembled.vertices
-    rubbing, order = pins.rubbing(cycle)
-    weights, normal = found.weights.at(order), np.zeros(vertices.place.shape)
+    rubbing, normal = pins.rubbing(cycle), np.zeros(vertices.place.shape)
+    degrees = np.round(cycle.increments.crank_angle / DEG).astype(int) % (len(found.angles) - 1)
+    degrees = np.append(degrees, degrees[0])  # whole ones
     for number, face in enumerate(faces):
         mine = vertices.face == number
         normal[mine] = face.pressing.direction(rod.mesh.cell.points[vertices.node[mine]])
     sides = [
-        surface_stress(rod.cycle, weights, Places(nodes, vertices.image, normal), rubbing.range > 0)
+        surface_stress(
+            rod.cycle, found.weights.at(degrees), Places(nodes, vertices.image, normal), rubbing.range > 0
+        )
         for nodes in (vertices.node, vertices.mate)
     ]
     lining = np.array([material.lining for material in rod.materials])
@@ -225,7 +228,7 @@ def fretting(
         rubbing=rubbing,
         vertices=vertices,
         surfaces=tuple(Surface(face.name) for face in faces),
-        angles=found.angles[order],
+        angles=found.angles[degrees],
         parts=tuple(rod.mesh.parts),
         part=np.where(second, sides[1].part, sides[0].part),
         tension=np.where(second[:, None], sides[1].tension, sides[0].tension),
@@ -233,7 +236,7 @@ def fretting(
         radius=np.where(second, sides[1].radius, sides[0].radius),
         whole=rod.mesh.mirrored,
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
-        changes=changes,
+        changes={AS_GIVEN: rubbing} | changes,
     )
     return result, (NOT_RESOLVED, *notes)
 
@@ -242,14 +245,13 @@ def _changes(pins: AssemblyPins, cycle: CrankCycle) -> tuple[dict[str, Rubbing],
     """Solve the contact of the cycle with the friction of dry steel, and with more crush, if there is any."""
     assembled, faces = pins.assembly.assembled, pins.assembly.problem.faces
     now = float(assembled.system.places.friction.max())
-    asked: dict[str, tuple[float | None, float]] = {AS_GIVEN: (None, 1.0)}
-    asked |= {f"dry steel, friction {_DRY:g}": (_DRY, 1.0)}
+    asked = {f"dry steel, friction {_DRY:g}": (_DRY, 1.0)}
     if any(face.interference > 0 for face in faces):
         asked[f"{100 * (_CRUSHED - 1):.0f} % more crush"] = (now, _CRUSHED)
     found, notes = dict[str, Rubbing](), list[Note]()
-    for words, (friction, crush) in asked.items():
+    for words, changed in asked.items():
         try:
-            found[words] = pins.rubbing_with(cycle, friction, crush)
+            found[words] = pins.rubbing(cycle, changed)
         except ContactError as error:
             notes.append(omission(f"fretting with {words}", str(error)))
     return found, notes

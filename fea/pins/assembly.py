@@ -199,26 +199,20 @@ class AssemblyPins(ContactPins):
         """What acts between the parts at instants of a cycle, or each from the assembled state."""
         return self.assembly.loads(instants)
 
-    def rubbing(self, cycle: CrankCycle) -> tuple[Rubbing, Ints]:
-        """What rubs over a cycle at every degree, and the numbers of these from the cycle's beginning on.
+    def rubbing(self, cycle: CrankCycle, changed: tuple[float, float] | None = None) -> Rubbing:
+        """What rubs at the increments of a cycle, from the first until that comes again.
 
-        The first one is also the last: what a cycle leaves of slip is between both. Errors as of `respond`.
+        Between increments slip is divided, and shear may exceed what friction can carry. `changed`: another
+        friction, and how many times the interferences there are. Errors as of `respond`.
         """
-        places = cycle.places(cycle.degrees.crank_angle[:-1])
-        order = np.argsort(places)
-        states = self.states(cycle.degrees[order], cycle)
-        rubbing = _closed(self.assembly, self._cycle(cycle)[0], states, places[order], cycle)
-        return rubbing, np.append(order, order[0])
-
-    def rubbing_with(self, cycle: CrankCycle, friction: float | None = None, crush: float = 1.0) -> Rubbing:
-        """What rubs at the increments alone, with another friction or multiple of the interferences."""
         contact, history, loads = self.assembly, self._cycle(cycle)[0], self.loads(cycle.increments, cycle)
-        if friction is not None:
-            contact = contact.varied(friction, crush)
+        if changed is not None:
+            contact = contact.varied(*changed)
             loads = [contact.assembled.as_here(load, self.assembly.assembled) for load in loads]
             history = FrictionCycle(contact.assembled, loads)
-        places = np.arange(float(len(loads)))
-        return _closed(contact, history, history.at(loads, places), places, cycle)
+        places = np.arange(len(loads) + 1.0)
+        states = history.at(loads, places[:-1])
+        return Rubbing.of(contact.assembled, [*states, states[0]], history.continued(places))
 
     def _state(self, instant: Instants) -> ContactState:
         parts = self.assembly.assembled
@@ -246,18 +240,6 @@ class AssemblyPins(ContactPins):
         """Return patterns of what acts between the parts, and inertia."""
         self._spanned = frozenset(map(_cycle_key, cycles))
         return _AssemblyUnits(self, cycles)
-
-
-def _closed(
-    contact: AssemblyContact,
-    history: FrictionCycle,
-    states: Sequence[ContactState],
-    places: Floats,
-    cycle: CrankCycle,
-) -> Rubbing:
-    """What rubs from the first of some states of a cycle, in their order, until that comes again."""
-    more = history.continued(np.append(places, len(cycle.increments)))
-    return Rubbing.of(contact.assembled, [*states, states[0]], more)
 
 
 def _alike(load: Load, states: Iterable[ContactState]) -> ContactState | None:
