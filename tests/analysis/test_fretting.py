@@ -17,6 +17,7 @@ from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.output.fretting import fretting_in_full, fretting_tables
 from fea.output.json_file import read_summary
+from fea.output.report.page import page
 from fea.output.run_files import write_run
 from fea.study.option_tables import AnalysisTable, MeshTable
 from mesh.tetmesh import TetMesh
@@ -140,6 +141,9 @@ def test_the_written_surfaces_have_the_energy_of_the_answer(run, figures, tmp_pa
         nodes = np.unique(triangles[mine])
         worst = points[nodes[written.point_data["energy"][nodes].argmax()]]
         np.testing.assert_allclose(np.abs(worst), np.abs(pair.most_energy_at_mm), atol=1e-3)
+    report = page(run, None, None, tmp_path)
+    assert report.count('src="data:image/png;base64,') == 1
+    assert "No limit of it is known" in report
     again = read_summary(tmp_path).fretting
     assert again.places[0].at_mm == pytest.approx(figures.places[0].at_mm, abs=1e-3)
 
