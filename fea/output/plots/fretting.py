@@ -33,6 +33,8 @@ def plot_fretting(path: Path, rubbed: RubbedSurfaces, rod_length: float, title: 
                     vmax=float(values[shown].max()) or 1.0,
                 )  # fmt: skip
                 figure.colorbar(drawn, ax=axes)
+            else:
+                axes.text(0.5, 0.5, "singular everywhere on this mesh", ha="center", transform=axes.transAxes)
             axes.set_title(f"{PAIRS[surface]}: {words}", fontsize=10)
             label_axes(axes, "angle from the rod's axis, °" if cut else "along the joint, mm", "z, mm")
     figure.suptitle(f"{title}: fretting over the crank cycle", fontsize=11)
