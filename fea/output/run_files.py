@@ -23,6 +23,7 @@ from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
+from fea.output.plots.fretting import plot_fretting
 from fea.output.target import PictureError, picture_name
 from fea.output.text import csv_text, write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
@@ -214,8 +215,6 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
     if run.fretting is not None:
-        from fea.output.plots.fretting import plot_fretting  # noqa: PLC0415 - only a plot needs it
-
         length, rubbed = run.summary.rod.length_mm, run.fretting
         yield _one("fretting.png", lambda path: plot_fretting(path, rubbed, length, title))
     touched = run.pictured and any(case.touch for case in run.cases.values())
