@@ -21,7 +21,7 @@ from fea.analysis.fretting_figures import (
     FrettingPlaceFigures,
 )
 from fea.analysis.prepared_rod import PreparedRod
-from fea.base.note import Note, omission
+from fea.base.note import Note, omission, warning
 from fea.base.units import DEG, UM
 from fea.contact.assembled import InterfaceVertices
 from fea.contact.fretting import Rubbing, facets_across
@@ -43,6 +43,8 @@ PAIRS = {
 FEWEST_FACETS, _PLACES = 4, 3
 # Share of the largest slip of a pair beyond which a place belongs to the zone of slip.
 _SLIPS = 0.01
+# Slip that is left after the last cycle, over the largest, beyond which it has not settled.
+_CREEPS = 0.1
 # Friction of dry steel that has rubbed, and by how much more crush helps or not.
 _DRY, _CRUSHED = 0.7, 1.2
 AS_GIVEN = "as it is"
@@ -125,7 +127,8 @@ class FrettingResult:
         for k in distinct(self.vertices.place, -severity, rod_length)[:_PLACES]:
             if severity[k] <= 0:
                 continue
-            instant, resolved = int(self.ruiz_2[k].argmax()), self.across[k] >= FEWEST_FACETS
+            instant, factor = int(self.ruiz_2[k].argmax()), float(self.factor[k])
+            judged = self.across[k] >= FEWEST_FACETS and not np.isnan(factor)
             yield FrettingPlaceFigures(
                 pair=PAIRS[self.surfaces[number]],
                 part=self.parts[self.part[k]],
@@ -138,9 +141,7 @@ class FrettingResult:
                 energy_mJ=float(rub.energy[k]),
                 ruiz_1=float(rub.work[k].max()),
                 ruiz_2=float(severity[k]),
-                factor=without_bar(float(self.factor[k]))
-                if resolved and not np.isnan(self.factor[k])
-                else None,
+                factor=without_bar(factor) if judged else None,
                 facets_across=int(self.across[k]),
                 averaged_mm=float(self.radius[k]),
             )
@@ -238,7 +239,17 @@ def fretting(
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
         changes={AS_GIVEN: rubbing} | changes,
     )
-    return result, (NOT_RESOLVED, *notes)
+    return result, (NOT_RESOLVED, *notes, *_unsettled(result))
+
+
+def _unsettled(result: FrettingResult) -> Iterator[Note]:
+    """Say which pairs still creep."""
+    for number, surface in enumerate(result.surfaces):
+        mine = result.vertices.face == number
+        slip, creep = (float(each[mine].max()) for each in (result.rubbing.range, result.rubbing.creep))
+        if creep > _CREEPS * slip:
+            left = f"the last cycle that was followed left {creep / UM:.2g} µm of {slip / UM:.2g} µm"
+            yield warning(f"slip of the {PAIRS[surface]} has not settled: {left}", "fretting")
 
 
 def _changes(pins: AssemblyPins, cycle: CrankCycle) -> tuple[dict[str, Rubbing], list[Note]]:

@@ -33,7 +33,7 @@ class FrettingPairFigures(Figures):
 
     slip_um: float  #: the largest range of slip over the cycle
     slipping_percent: float  #: of the area, where the slip exceeds a hundredth of that
-    creep_um: float  #: the largest slip that is left after a cycle, which the next one adds to
+    creep_um: float  #: the largest slip that the last cycle followed left: later ones settle, or add to it
     energy_mJ: float  #: that a cycle costs on the whole of it
     most_energy_mJ: float  #: on 1 mm² where it is largest
     most_energy_at_mm: Vector

@@ -67,7 +67,7 @@ class Rubbing:
 
     @property
     def creep(self) -> Floats:
-        """Slip (k,) that is left after the cycle, mm: a closed one leaves none."""
+        """Slip (k,) that is left after the cycle, mm: one that has settled leaves none."""
         return np.asarray(np.linalg.norm(self.slip[..., -1] - self.slip[..., 0], axis=1))
 
     @cached_property

@@ -51,7 +51,7 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
             largest = quantity(pair.tension_MPa, ".0f", "MPa")
             tension = f"largest tension {largest}, at {place(pair.tension_at_mm)}"
         yield (
-            f"{name[0].upper()}{name[1:]}: {share}, of which a cycle leaves {creep}; "
+            f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); "
             f"{number(pair.energy_mJ, '.3g')} mJ a cycle, most at {place(pair.most_energy_at_mm)}; {tension}."
         )
 
