@@ -256,7 +256,7 @@ def _changes(pins: AssemblyPins, cycle: CrankCycle) -> tuple[dict[str, Rubbing],
     """Solve the contact of the cycle with the friction of dry steel, and with more crush, if there is any."""
     assembled, faces = pins.assembly.assembled, pins.assembly.problem.faces
     now = float(assembled.system.places.friction.max())
-    asked = {f"dry steel, friction {_DRY:g}": (_DRY, 1.0)}
+    asked = {f"friction {_DRY:g} of dry steel (assumed)": (_DRY, 1.0)}
     if any(face.interference > 0 for face in faces):
         asked[f"{100 * (_CRUSHED - 1):.0f} % more crush"] = (now, _CRUSHED)
     found, notes = dict[str, Rubbing](), list[Note]()
