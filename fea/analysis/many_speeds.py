@@ -51,6 +51,7 @@ MOST_FULL_RUNS = 10
 # To which the speed where a safety factor falls below 1 is found.
 _WITHIN_RPM = 0.1
 _EDGES = omission("structural stress at sharp edges", "they are judged at the worst speeds only, run in full")
+_FRETTING = omission("fretting", "many speeds: it is found at the worst ones")
 _FILM = omission("oil film", "many speeds: it is computed at the worst ones")
 _LEFT_OUT = (
     omission(
@@ -265,6 +266,7 @@ class SpeedSweep:
                 *_LEFT_OUT,
                 *([_EDGES] if self._rod.sharp_places else []),
                 *([_FILM] if self._rod.options.needs_film else []),
+                *([_FRETTING] if self._rod.options.fretting else []),
             ],
         )
         return replace(summary, critical_speeds_rpm=self.critical)

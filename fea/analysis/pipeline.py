@@ -22,6 +22,7 @@ from fea.analysis.defects import with_defects
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.film import films_at
 from fea.analysis.flow import with_flow
+from fea.analysis.fretting import fretting
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
 from fea.analysis.overload import with_overload
@@ -71,6 +72,8 @@ class RefinedRod:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
+        if self.rod.options.fretting:
+            result = with_fretting(self.rod, result)
         result = with_overload(self.rod, with_flow(self.rod, result))
         result = with_defects(self.rod, result)
         if self.rod.options.needs_film:
@@ -283,6 +286,16 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         found = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
     return replace(static, checks=checks, notes=notes, cycle=found)
+
+
+def with_fretting(rod: PreparedRod, solved: SpeedResult) -> SpeedResult:
+    """Work out what rubs at a speed whose crank cycle is solved."""
+    if solved.cycle is None:
+        return solved
+    cycle = rod.crank_cycle(solved.rpm or 0.0)
+    with rod.clock("fretting"):
+        found, notes = fretting(rod, cycle, solved.cycle)
+    return replace(solved, notes=(*solved.notes, *notes), fretting=found)
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

@@ -12,6 +12,7 @@ from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
+from fea.analysis.fretting import RubbedSurfaces
 from fea.analysis.life import Life
 from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.motion import Motion, SolvedInstant, agreeing, motion
@@ -193,6 +194,11 @@ class RunResult:
         if not isinstance(self.loading, EngineLoading) or self.rpm is None:
             return None
         return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
+
+    @property
+    def fretting(self) -> RubbedSurfaces | None:
+        """The surfaces that rub over the cycle, where that was asked for."""
+        return None if self.speed is None or self.speed.fretting is None else self.speed.fretting.drawn
 
     @property
     def films(self) -> tuple[FilmResult, ...]:

@@ -10,6 +10,7 @@ from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
 from fea.analysis.flowing_rod import FollowedFlow
+from fea.analysis.fretting import FrettingResult
 from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary_figures import PlasticFigures
@@ -103,6 +104,7 @@ class SpeedResult:
     checks: Mapping[str, Check]  #: by name
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
+    fretting: FrettingResult | None = None  #: what rubs over it, where that was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
     overload: OverloadFigures | None = None  #: what the single overload of the study leaves, if any
     #: ``plastic`` and ``overload``, as they were followed

@@ -28,6 +28,7 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
+from fea.analysis.fretting_figures import FrettingFigures
 from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
 from fea.analysis.life_figures import BenchFigures, CycleFigures
@@ -126,6 +127,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         bench=bench,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
+        fretting=None if result.fretting is None else result.fretting.figures(rod.mesh.bores.rod_length),
         head_clearance=head_clearance(rod, result),
         checks={**result.checks, **buckling.checks},
         notes=(
@@ -198,6 +200,7 @@ def summary_of(
     bench: BenchFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
+    fretting: FrettingFigures | None = None,
     head_clearance: HeadClearanceFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[Note],
@@ -233,6 +236,7 @@ def summary_of(
         passes=tuple(passes) or None,
         envelope=envelope,
         film=film,
+        fretting=fretting,
         life=None if life is None else life.figures,
         buckling=buckling,
         plastic=plastic,

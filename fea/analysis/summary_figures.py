@@ -14,6 +14,7 @@ from fea.analysis.figures import (
     RodFigures,
     WhereKnown,
 )
+from fea.analysis.fretting_figures import FrettingFigures
 from fea.analysis.life_figures import BenchFigures, CycleFigures, EnvelopeFigures, LifeFigures
 from fea.analysis.overload_figures import BendingFigures, OverloadFigures, SetFigures
 from fea.base.checks import Check
@@ -250,6 +251,7 @@ class Summary(Figures):
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
+    fretting: WhereKnown[FrettingFigures] = None
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     defect: WhereKnown[DefectFigures] = None  #: with the cycle, of steels and given flaws
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None

@@ -26,6 +26,7 @@ from fea.output.assembly_statements import (
 from fea.output.bench_statements import fatigue_test
 from fea.output.defect_answer import defect_sizes, given_flaw
 from fea.output.flow_statements import flow, flow_in_full
+from fea.output.fretting import fretting, fretting_in_full
 from fea.output.life_statements import life, log_lines
 from fea.output.overload_statements import overload, overload_in_full
 from fea.output.tables import SIDES
@@ -361,6 +362,7 @@ STATEMENTS = (
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),
+    Statement(fretting, fretting_in_full, "fretting"),
     Statement(_notes(NoteKind.DOUBT)),
     Statement(not_converged, not_converged),
     Statement(lambda summary: linings(summary, summary.survival.required_safety_factor), linings, "results"),

@@ -11,6 +11,7 @@ from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.summary_figures import Summary
 from fea.output import life_tables, tables
 from fea.output.defect_answer import defect_tables
+from fea.output.fretting import FRETTING, RANKED, fretting_tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
@@ -161,6 +162,8 @@ def sections(run: Run) -> Iterator[ReportSection]:
         title, found = "Oil films of the bearings", tables.film_tables(summary)
         films = _answer(summary, "film", title, found, charts=charts, open_tables=0)
         yield from (replace(section, template="film.html.jinja") for section in films)
+    rubbed = list(fretting_tables(summary))
+    yield from _answer(summary, FRETTING, "Fretting", rubbed, text=[RANKED] if rubbed else [])
     yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
     gap = head_clearance_tables(summary)
