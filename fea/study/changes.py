@@ -11,6 +11,7 @@ from fea.study.all_tables import TABLES
 from fea.study.assembly_table import AssemblyTable
 from fea.study.engine_table import EngineTable, with_preset
 from fea.study.film_table import FilmTable
+from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import (
     AnalysisTable,
@@ -45,6 +46,7 @@ class Changes(TypedDict, total=False):
     film: FilmTable | Keys | None
     optimise: OptimiseTable | Keys | None
     output: OutputTable | Keys | None
+    gauge: Sequence[GaugeTable | Keys] | None
 
 
 def changed_fields(study: Any, changes: Keys) -> TomlTable:
@@ -53,8 +55,8 @@ def changed_fields(study: Any, changes: Keys) -> TomlTable:
     Raises `InvalidValue`: a table or key is unknown, or a value breaks a rule.
     """
     for name in changes:
-        if name not in TABLES:
-            raise unknown_key("with_:", name, TABLES)
+        if name not in (*TABLES, "gauge"):
+            raise unknown_key("with_:", name, (*TABLES, "gauge"))
     usual = {field.name: field for field in dataclasses.fields(study)}
     fields: TomlTable = {}
     new = {name for name in changes if getattr(study, name) in (None, _default(usual[name]))}
@@ -66,6 +68,8 @@ def changed_fields(study: Any, changes: Keys) -> TomlTable:
             fields["part_material"] = {} if change is None else _parts(study.part_material, change)
         if change is None and name != "rod":
             fields[name] = _default(usual[name])
+        elif name == "gauge":
+            fields[name] = read_gauges(change)
         elif isinstance(change, RodTable if name == "rod" else TABLES[name]):
             fields[name] = change
         else:

@@ -256,8 +256,8 @@ class Study:
 
         A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced
         by a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it;
-        and taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or
-        a key is unknown, or a value breaks a rule.
+        and taken away by None; ``gauge`` by a list of tables. Files are relative to the current directory.
+        Raises `InvalidValue`: a table or a key is unknown, or a value breaks a rule.
 
         Examples
         --------

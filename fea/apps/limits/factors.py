@@ -4,9 +4,8 @@ The cycles that are surveyed lie on a few rays from rest through speed squared a
 evaluated again where a limit is stated in words (see `fea.analysis.cycle.candidates`).
 """
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -20,7 +19,7 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
-from fea.judge.cycle_life import with_line
+from fea.judge.cycle_life import CycleLife, cycle_life, with_line
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.rainflow import rainflow
@@ -115,29 +114,41 @@ class RodFactors(ABC):
         own = [each for each in self._materials if with_line(each).basquin is not None]
         return any(material.basquin is None for material in own)
 
-    def life(
-        self, cycle: CrankCycle, strengths: Sequence[float] = (1.0,), *, every: bool = False
-    ) -> list[float]:
-        """Return the crank cycles to failure at strengths relative to the median, as `fea.analysis.life`.
+    def smooth_life(self, cycle: CrankCycle) -> float:
+        """Return the crank cycles to failure as if every range did damage: an estimate for the map."""
+        damage = _TINY
+        for signed, material, _, line in self._worst_places(cycle, estimated=True):
+            amplitude = reversed_amplitude(self._criterion, *rainflow(signed), material)
+            every = replace(line, gentle=None) if line.endless else line
+            damage = max(damage, float(every.damage(amplitude[:, None], np.ones(len(amplitude))).sum()))
+        return 1 / damage
 
-        `every`: as if every range did damage, by an estimate that is smooth over the map.
-        """
-        (rows_of_parts, angles), damage = self.histories(cycle, estimated=every), np.zeros(len(strengths))
+    def life(self, cycle: CrankCycle) -> CycleLife | None:
+        """Return the life of the place that fails first; None where no S–N line is known."""
+        places = self._worst_places(cycle, estimated=False)
+        every = (cycle_life(signed, own, surface, self._criterion) for signed, own, surface, _ in places)
+        lives = [life for life in every if life is not None]
+        if not lives:
+            return None
+        low, high = min(life.low for life in lives), min(life.high for life in lives)
+        return replace(min(lives, key=lambda life: (life.cycles, life.low)), low=low, high=high)
+
+    def _worst_places(
+        self, cycle: CrankCycle, *, estimated: bool
+    ) -> Iterator[tuple[Floats, Material, float, LifeLine]]:
+        """Yield the places nearest to their endurance limit: signed stress, material, k_a and S–N line."""
+        rows_of_parts, angles = self.histories(cycle, estimated=estimated)
         for part, rows, history in rows_of_parts:
-            line = self._life_line(part.material, part.surface(rows))
+            surface = part.surface(rows)
+            line = self._life_line(part.material, surface)
             if line is None:
                 continue
             signed = signed_equivalent(history)[:, np.argsort(angles)]
             high, low = signed.max(axis=1), signed.min(axis=1)
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
-                once, gentle = np.ones(len(amplitude)), None if every and line.endless else line.gentle
-                at_row = replace(line, limit=line.limit[[row]], gentle=gentle)
-                damages = (at_row.stronger(each).damage(amplitude[:, None], once) for each in strengths)
-                of_row = [float(own.sum()) for own in damages]
-                damage = np.maximum(damage, of_row)
-        return [math.inf if each == 0 else 1 / each for each in np.maximum(damage, _TINY * every).tolist()]
+                of_row = replace(line, limit=line.limit[[row]])
+                yield signed[row], part.material, float(surface[row]), of_row
 
     def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
         """S–N line with surface factors; None where it or the effect of mean stress is not known."""
