@@ -9,7 +9,7 @@ from fea.base import choices
 from fea.base.shipped import TomlTable
 from fea.study.all_tables import TABLES
 from fea.study.assembly_table import AssemblyTable
-from fea.study.engine_table import EngineTable, with_preset
+from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
 from fea.study.film_table import FilmTable
 from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import MaterialTable
@@ -94,8 +94,12 @@ def _changed(name: str, present: Any, change: Any) -> Any:
         change = {key: value for key, value in change.items() if not _is_part(key, value)}
         if not change:
             return present
-    if name == "engine" and isinstance(change, Mapping) and change.get("preset") is not None:
-        change = with_preset(in_own_units(EngineTable, name, change))
+    if name == "engine" and isinstance(change, Mapping):
+        change = in_own_units(EngineTable, name, change)
+        if change.get("preset") is not None:
+            change = with_preset(change)
+        if present is None or present.gas == "none":
+            change = with_implied_gas(change)
     table = changed_table(TABLES[name], name, present, change)
     return table.located(Path.cwd()) if name in ("engine", "duty") else table
 

@@ -13,7 +13,7 @@ from fea.study.all_tables import TABLES
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.changes import Changes, changed_fields, parted, switched_on
 from fea.study.engine_library import engine_preset
-from fea.study.engine_table import EngineTable, with_preset
+from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
 from fea.study.files import beside, is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
 from fea.study.gauge_table import GaugeTable, read_gauges
@@ -410,9 +410,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
     if "engine" in raw:
-        raw["engine"] = with_preset(raw["engine"])
-        if isinstance(raw["engine"], dict) and "fuel" in raw["engine"]:  # which burns
-            raw["engine"] = {"gas": "otto", **raw["engine"]}
+        raw["engine"] = with_implied_gas(with_preset(raw["engine"]))
     given = [key for key in TABLES if key in raw and key != "rod"]
     tables = {key: read_table(TABLES[key], key, raw[key]) for key in given}
     rod = _rod(raw, folder)

@@ -4,21 +4,20 @@
 
 The rods are those of twelve engines of the library, as `fea init` writes them, and the four of
 `production_rods.py`. Each is run as `fea run --cycle` does, with an empty table [scatter], which asks for
-B-lives although strength or peak pressure is assumed. A rod with hours is run again with one assumption
-changed at a time. Other flags, as `--size 14 --tolerance 0` for a trial, go to the runs.
+B-lives although strength or peak pressure is assumed. A rod whose B10 is one of hours is run again with one
+assumption changed at a time. `--size` and `--tolerance`, for a trial, are those of `fea run`; with `--resume`
+each outcome is kept, and is not computed again.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from production_rods import ENGINES, study_of
+from production_rods import ENGINES, PEAK, study_of
 from scripts import command, keep, kept_in, publish, reporting, table
 
 from fea.analysis.engine_study import engine_study
-from fea.analysis.summary_figures import Summary
 from fea.apps.result import analyse
 from fea.output.life_statements import lasting
 from fea.output.units import hours_text
@@ -29,46 +28,57 @@ LIBRARY = (
     "subaru-ej25", "suzuki-g10", "suzuki-hayabusa", "toyota-2jz",
 )  # fmt: skip
 SOON = 1000.0  # hours: a B10 below is one of hours, not of the life of an engine
-# What is assumed of a rod with hours, each alone made as favourable as is plausible.
-CHANGES: dict[str, dict[str, Any]] = {
-    "a piston of 0.45 g/cm³ × bore³": {},
-    "a steel of 1000 MPa (endurance 451 MPa)": {"material": {"ultimate_MPa": 1000.0, "endurance_MPa": 451.0}},
-    "bores finished as polished": {"material": {"bore_surface": "polished"}},
-}
-HEAD = (
-    "rod", "rpm:", "mass g:", "fatigue factor", "fails first", "mean ± amplitude MPa", "lasts", "B10", "B50",
-    "peak pressure bar",
-)  # fmt: skip
+ALLOWED = 2  # of the sixteen
+HEAD = ("rod", "rpm:", "mass g:", "peak bar:", "factor:", "fails first", "lasts", "B10", "B50")
 
 
 def studies() -> Iterator[tuple[str, Study]]:
-    """Yield the sixteen rods with their names."""
+    """Yield the sixteen rods with their names; all are refined, as by default."""
     for name in LIBRARY:
         yield name, parse_study(engine_study(name), name, Path.cwd())
     for engine in ENGINES:
-        yield f"{engine.name}, production", study_of(engine)
+        yield f"{engine.name}, production", study_of(engine).with_(mesh=None)
+
+
+def changes(study: Study) -> Iterator[tuple[str, Study]]:
+    """Yield what is assumed of a rod, each alone otherwise, with its study; `scatter` is a table of it."""
+    engine = study.require_engine()
+    if engine.compression_ratio is not None:
+        bar = 6.5 * engine.compression_ratio
+        peak = study.with_(engine={"peak_pressure_bar": bar})
+        yield f"peak pressure {bar:.0f} bar, 6.5 bar × compression ratio as in the library", peak
+    steady = study.with_(scatter={"cycle_pressure_percent": 0.0})
+    yield "every cycle as the mean one (cycle_pressure_percent = 0 in place of 5)", steady
+    yield "the strength of each rod as the median (strength_percent = 0 in place of 8)", study.with_(
+        scatter={"strength_percent": 0.0}
+    )
+    yield "bores finished as ground, not machined", study.with_(material={"bore_surface": "ground"})
 
 
 def found(study: Study, flags: dict[str, Any]) -> dict[str, Any]:
     """Figures of a run."""
-    summary: Summary = analyse(study.with_(scatter={}), cycle=True, **flags).summary
-    envelope = summary.envelope
-    life, worst = envelope.life, envelope.fatigue
+    scattered = study.with_(scatter={}) if study.scatter is None else study
+    summary = analyse(scattered, cycle=True, **flags).summary
+    life, worst = summary.envelope.life, summary.envelope.fatigue
     sure = life.reliability
     return {
         "rpm": summary.rpm,
         "mass": 1e3 * summary.rod.mass_kg,
-        "factor": worst.fatigue_safety_factor,
+        "factor": float(worst.fatigue_safety_factor),
         "where": worst.where,
-        "mean": worst.mean_MPa,
-        "amplitude": worst.amplitude_MPa,
         "lasts": lasting(life),
         "b10": None if sure is None else sure.b10_hours,
         "b50": None if sure is None else sure.b50_hours,
-        "sure": sure is not None,
-        "conditional": sure is not None and sure.conditional,
-        "said": summary.survival.text,
     }
+
+
+def cells(name: str, row: dict[str, Any], study: Study) -> list[str]:
+    """A line of the table."""
+    bar = study.require_engine().peak_pressure_bar
+    peak = "trace" if bar is None else f"{bar:.0f}"
+    lives = ("beyond 10⁸ cycles" if row[key] is None else hours_text(row[key]) for key in ("b10", "b50"))
+    figures = (f"{row['rpm']:.0f}", f"{row['mass']:.0f}", peak, f"{row['factor']:.2f}")
+    return [name, *figures, row["where"], row["lasts"], *lives]
 
 
 def main() -> None:
@@ -80,12 +90,71 @@ def main() -> None:
     options = parser.parse_args()
     flags = {name: value for name in ("size", "tolerance") if (value := getattr(options, name)) is not None}
     kept = kept_in(options.resume)
-    for name, study in studies():
+
+    def row_of(name: str, study: Study) -> list[str]:
         if name not in kept:
             kept[name] = found(study, flags)
             print(name, kept[name], file=sys.stderr, flush=True)
             keep(options.resume, kept)
+        return cells(name, kept[name], study)
 
+    every = dict(studies())
+    rows = [row_of(name, study) for name, study in every.items()]
+    short = [name for name in every if (kept[name]["b10"] or SOON) < SOON]
+    why = []
+    for name in short:
+        others = [(what, f"{name}: {what}", other) for what, other in changes(every[name])]
+        lines = [row_of(key, other) for _, key, other in others]
+        changed = [[what, line[4], *line[-2:]] for (what, *_), line in zip(others, lines, strict=True)]
+        own = cells(name, kept[name], every[name])
+        why += [f"### {name}", "", *table(("otherwise", "factor:", "B10", "B50"), [
+            ["by default", own[4], *own[-2:]], *changed,
+        ]), ""]  # fmt: skip
+    text = TEXT.format(
+        command=command().partition(" --resume")[0] + " --report results/known-lives.md",
+        rows="\n".join(table(HEAD, rows)),
+        count=len(short),
+        of=len(rows),
+        met="as many as allowed, or fewer" if len(short) <= ALLOWED else "too many",
+        allowed=ALLOWED,
+        peak=PEAK,
+        least=min(kept[name]["factor"] for name in every),
+        soon=SOON,
+        why="\n".join(why),
+    )
+    publish(text, options.report)
+
+
+TEXT = """# How long are rods that live predicted to live?
+
+Made by `{command}`: `fea run --cycle` of sixteen rods at redline and full
+load, by default, with an empty `[scatter]`, so that B10 and B50 (the hours by which a tenth and half of
+such rods have failed) are there also where strength or peak pressure is assumed. The first twelve are rods
+of engines of the library as `fea init --engine NAME` writes them; the last four have the masses of
+[production-rods.md](production-rods.md) and a peak pressure of {peak:.0f} bar, which is assumed. "Lasts" is
+what a run prints without `[scatter]`: strength lower and higher by its band. All run in engines that live for
+thousands of hours, though hardly any of them at the redline and full load.
+
+{rows}
+
+**{count} of {of}** rods have a B10 below {soon:.0f} h; at most {allowed} may: {met}.
+
+## Which assumption does it
+
+{why}
+## Read as an engineer would
+
+- *The median rods all live*: the least factor is {least:.2f}.
+- *The Subaru's production rod* has the factor 1.16 of the mean cycle; a cycle three standard deviations stronger
+  in pressure (15 %) exceeds the endurance limit of its small-end bore, and then the weaker cycles do damage, too
+  (Haibach's line). So the peak pressure of {peak:.0f} bar decides: 6.5 bar × compression ratio, which the
+  library takes where no trace is known, is 66 bar, and with it none fails by 10⁸ cycles. Its own library study
+  (`subaru-ej25`) has the same mass, other widths and a factor of 1.50. The scatter from cycle to cycle
+  (5 %, from Heywood) decides as much; a rod at full load and redline for 11 h on end is no use of the car.
+- *The Hayabusa's and the Honda's* rods reach 10⁸ cycles (303 and 397 h) by default. Rods that are 16 % weaker last
+  3 h: nothing is left in hand. They are the rods whose mass is doubtful.
+- *The margin is that of an endurance limit that is known*: `forged-steel-2005` is one steel of one maker.
+"""
 
 if __name__ == "__main__":
     main()
