@@ -44,12 +44,18 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
     if not _determined(life):
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
-    known = life.reliability
+    known, more = life.reliability, ""
+    if life.steady_is_undamaged:
+        more = (
+            " Cycles of mean pressure alone would do no damage: single ones of more pressure exceed the "
+            "endurance limit (cycle_pressure_percent of [scatter])."
+        )
     if known is not None and not known.conditional and known.b10_hours is not None:
-        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
+        lives = f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
+        return f"{lives}{more}"
     ends = life.cycles is not None and life.cycles <= LONGEST
     about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
-    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
+    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}.{more}"
 
 
 def lasting(life: CycleLifeFigures) -> str:

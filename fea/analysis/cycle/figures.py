@@ -84,8 +84,13 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
     found = cycle_life(spot.signed, material, surface, rod.options.fatigue, varied)
     if found is None:
         return None
-    sure = reliability_figures(result, rod, rpm)
-    return replace(cycle_life_figures(found, loading.engine.cycles_per_hour * rpm), reliability=sure)
+    steady = cycle_life(spot.signed, material, surface, rod.options.fatigue)
+    endless = steady is not None and np.isinf(steady.cycles) and np.isfinite(found.cycles)
+    return replace(
+        cycle_life_figures(found, loading.engine.cycles_per_hour * rpm),
+        steady_is_undamaged=endless or None,
+        reliability=reliability_figures(result, rod, rpm),
+    )
 
 
 def cycle_life_figures(found: CycleLife, an_hour: float) -> CycleLifeFigures:
