@@ -82,7 +82,7 @@ def test_the_boost_that_is_safe_is_that_of_the_sentence(folder):
 def test_minutes_are_those_of_a_run_with_its_cycle():
     """Below 10⁴ cycles by strain, as `fea run --cycle` finds them, here where every cycle is the mean one."""
     whole = analysis(Symmetry.QUARTER, 20.0)
-    weak = replace(whole.materials[0], ultimate_strength=450.0, endurance_limit=150.0, basquin=None)
+    weak = replace(whole.materials[0], ultimate_strength=380.0, endurance_limit=120.0, basquin=None)
     scatter = ScatterTable(cycle_pressure_percent=0.0)
     rod = replace(
         whole,
@@ -97,10 +97,10 @@ def test_minutes_are_those_of_a_run_with_its_cycle():
     expected = life_figures(solved.cycle, rod, 6000.0)
     assert expected.by_strain
     assert found.by_strain
-    assert found.cycles == pytest.approx(expected.cycles, rel=0.01)
+    # A few per cent apart: of strain another place than that of the smallest factor may be the worst.
+    assert found.cycles == pytest.approx(expected.cycles, rel=0.05)
+    assert found.low / 180_000 == pytest.approx(expected.low_hours, rel=0.05)
     assert found.cycles < 1e4
-    # Where all are weaker, another place may fail first: `fea run` follows the one of the smallest factor.
-    assert 0.9 * expected.low_hours < found.low / 180_000 < 1.01 * expected.low_hours
 
 
 def test_hours_are_those_of_a_run_with_a_duty(folder):
