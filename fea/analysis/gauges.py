@@ -79,7 +79,9 @@ class Gauge:
         }
         return self._beside_measured(strains, history)
 
-    def superposed(self, analysis: CycleAnalysis, cases: Sequence[Instants], cycle: CrankCycle) -> GaugeFigures:
+    def superposed(
+        self, analysis: CycleAnalysis, cases: Sequence[Instants], cycle: CrankCycle
+    ) -> GaugeFigures:
         """Return the same from unit solutions alone, without the error of the mesh."""
         strains = self.history(analysis, analysis.basis.weights(joined(cases)))
         found = {

@@ -61,7 +61,7 @@ def place_that_fails(summary: Summary) -> str:
 
 
 def _study(run: Run, folder: Path | None) -> str:
-    """Return how a command names the study of a run: by its own file, or by that of the run if flags differ."""
+    """Return how a command names the study of a run: by its own file, or that of the run if flags differ."""
     name = run.summary.study
     name = name if name in shipped_studies() else f"{name}.toml"
     if folder is None or answers_for(name, run.study, run.summary.rpm):

@@ -333,7 +333,7 @@ def measured_trends(size: float) -> Quantities:
     films = {}
     for rpm, share in (slow, fast, throttled):
         table = replace(study.require_engine(), gas_scale=share)
-        cycle = EngineLoading.of(table, study.rod.length).crank_cycle(rod.mass, rpm)
+        cycle = EngineLoading.of(table, rod.mesh.bores.rod_length).crank_cycle(rod.mass, rpm)
         films[rpm, share] = rod.films.coarse(cycle, (4 * round(cells / 4), width, steps))
     least = {at: float(film.thinnest.min()) for at, film in films.items()}
     course = films[fast].thinnest

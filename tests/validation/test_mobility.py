@@ -1,4 +1,4 @@
-"""The Mobility method of a short bearing, with which films are compared, against the integrals of its film."""
+"""The Mobility method of a short bearing, with which films are compared, against its film's integrals."""
 
 import math
 
