@@ -150,9 +150,9 @@ and steel are assumed: theirs are not known.
 - *The median rods live*: the least factor is {least:.2f}.
 - *The Subaru's production rod* has hours because of two assumptions. The peak of {peak:.0f} bar is a round
   figure for all four rods: with 6.5 bar × compression ratio, which the library takes where no trace is
-  known, none fails by 10⁸ cycles. And pressure scatters by 5 % from cycle to cycle: the mean cycle has a factor of 1.16,
-  but cycles three standard deviations away exceed the endurance limit of the small-end bore, and from then on
-  those below the limit do damage, too (Haibach's line). The run says so: *cycles of mean pressure alone would
+  known, none fails by 10⁸ cycles. And pressure scatters by 5 % from cycle to cycle: the mean cycle has a
+  factor of 1.16, but cycles three standard deviations away exceed the endurance limit of the small-end bore,
+  and from then on those below the limit do damage, too (Haibach's line). The run says so: *cycles of mean pressure alone would
   do no damage*. That the bores are machined is assumed as well: ground ones would last. In the library's own
   study of this engine the rod has the same mass, other widths and a factor of 1.50.
 - *The Hayabusa's and the Honda's* rods reach 10⁸ cycles (303 and 397 h). Rods whose strength is 16 % lower
