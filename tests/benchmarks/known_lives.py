@@ -151,10 +151,11 @@ and steel are assumed: theirs are not known.
 - *The Subaru's production rod* has hours because of two assumptions. The peak of {peak:.0f} bar is a round
   figure for all four rods: with 6.5 bar × compression ratio, which the library takes where no trace is
   known, none fails by 10⁸ cycles. And pressure scatters by 5 % from cycle to cycle: the mean cycle has a
-  factor of 1.16, but cycles three standard deviations away exceed the endurance limit of the small-end bore,
-  and from then on those below the limit do damage, too (Haibach's line). The run says so: *cycles of mean pressure alone would
-  do no damage*. That the bores are machined is assumed as well: ground ones would last. In the library's own
-  study of this engine the rod has the same mass, other widths and a factor of 1.50.
+  factor of 1.16, but cycles three standard deviations away exceed the endurance limit of the small-end
+  bore, and from then on those below the limit do damage, too (Haibach's line). The run says so: *cycles of
+  mean pressure alone would do no damage*. That the bores are machined is assumed as well: ground ones would
+  last. In the library's own study of this engine the rod has the same mass, other widths and a factor of
+  1.50.
 - *The Hayabusa's and the Honda's* rods reach 10⁸ cycles (303 and 397 h). Rods whose strength is 16 % lower
   last 3 h: nothing is left in hand. [production-rods.md](production-rods.md) doubts their masses.
 - *The line is that of one steel of one maker*, `forged-steel-2005`, taken for all. What another forging would
