@@ -85,10 +85,10 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
     if found is None:
         return None
     steady = cycle_life(spot.signed, material, surface, rod.options.fatigue)
-    endless = steady is not None and np.isinf(steady.cycles) and np.isfinite(found.cycles)
+    undamaged = steady is not None and steady.cycles == np.inf > found.cycles
     return replace(
         cycle_life_figures(found, loading.engine.cycles_per_hour * rpm),
-        steady_is_undamaged=endless or None,
+        steady_is_undamaged=undamaged or None,
         reliability=reliability_figures(result, rod, rpm),
     )
 
