@@ -4,8 +4,8 @@ It is that of the recovered stress, ε = ((1 + ν) t·σ·t − ν tr σ)/E alon
 of which is put on the free surface.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from fea.study.gauge_table import GaugeTable
 from geometry.arrays import Floats, Ints, vector
 from geometry.errors import require
 from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
 
 FARTHEST, _ALONG = 5.0, 0.1  # mm from the surface; least part of a direction that must lie in it
@@ -68,20 +70,40 @@ class Gauge:
 
     def figures(self, cases: Sequence[CaseResult], history: Floats | None) -> GaugeFigures:
         """Return the strain in load cases; `InvalidValue`: not as many were measured as there are cases."""
-        names, given = [str(case.load.name) for case in cases], self.table.measured
-        name, rule = f"[[gauge]] {self.name}: measured", f"must have a value for each of {', '.join(names)}"
-        require(given is None or len(given) == len(names), name, list(given or ()), rule)
-        measured: Sequence[float | None] = given or [None] * len(names)
         strains = {
-            name: GaugeCaseFigures(
+            str(case.load.name): GaugeCaseFigures(
                 strain_um_m=float((self.strain * case.stress[self.nodes]).sum()),
                 error_um_m=float(self.error @ case.von_mises_error[self.nodes]),
-                measured_um_m=strain,
             )
-            for name, case, strain in zip(names, cases, measured, strict=True)
+            for case in cases
+        }
+        return self._beside_measured(strains, history)
+
+    def superposed(
+        self, analysis: CycleAnalysis, cases: Sequence[Instants], cycle: CrankCycle
+    ) -> GaugeFigures:
+        """Return the same from unit solutions alone, without the error of the mesh."""
+        strains = self.history(analysis, analysis.basis.weights(joined(cases)))
+        found = {
+            str(case.name): GaugeCaseFigures(strain_um_m=strain, error_um_m=None)
+            for case, strain in zip(cases, strains.tolist(), strict=True)
+        }
+        every = self.history(analysis, analysis.basis.weights(cycle.degrees, cycle))
+        return self._beside_measured(found, every)
+
+    def _beside_measured(
+        self, strains: Mapping[str, GaugeCaseFigures], history: Floats | None
+    ) -> GaugeFigures:
+        given = self.table.measured
+        name, rule = f"[[gauge]] {self.name}: measured", f"must have a value for each of {', '.join(strains)}"
+        require(given is None or len(given) == len(strains), name, list(given or ()), rule)
+        measured: Sequence[float | None] = given or [None] * len(strains)
+        cases = {
+            case: replace(found, measured_um_m=strain)
+            for (case, found), strain in zip(strains.items(), measured, strict=True)
         }
         every = None if history is None else tuple(history.tolist())
-        return GaugeFigures(name=self.name, at_mm=vector(self.place), cases=strains, history_um_m=every)
+        return GaugeFigures(name=self.name, at_mm=vector(self.place), cases=cases, history_um_m=every)
 
     def history(self, analysis: CycleAnalysis, weights: Weights) -> Floats:
         """Return the strain (n_instants,) over a cycle, µm/m, from the weights of its unit solutions."""

@@ -113,6 +113,8 @@ class CycleLifeFigures(Figures):
     assumed: bool  #: whether the line of the life is assumed from the strengths
     unlimited: bool
     by_strain: bool  #: whether the cycles, below 10⁴, are those of local strain; else indicative there
+    #: True where cycles of mean pressure alone would do no damage, and those of more pressure end the life
+    steady_is_undamaged: WhereKnown[bool] = None
     reliability: WhereKnown[ReliabilityFigures] = None
 
 

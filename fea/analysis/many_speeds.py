@@ -57,7 +57,10 @@ _LEFT_OUT = (
     omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
     ),
-    omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+    omission(
+        "error estimates, also of gauges, and displacements",
+        "many speeds: the peaks are superposed, not solved",
+    ),
     omission(
         "Crossland's factor at every place",
         "many speeds: it is computed at the places that are worst against yielding and fatigue",
@@ -269,7 +272,9 @@ class SpeedSweep:
                 *([_FRETTING] if self._rod.options.fretting else []),
             ],
         )
-        return replace(summary, critical_speeds_rpm=self.critical)
+        analysis, cycle = self._rod.full_cycle, self._rod.crank_cycle(rpm)
+        gauges = tuple(gauge.superposed(analysis, worst.cases, cycle) for gauge in self._rod.gauges)
+        return replace(summary, critical_speeds_rpm=self.critical, gauges=gauges or None)
 
     def _envelope(self, worst: WorstOfSpeed) -> CycleFigures:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
@@ -380,7 +385,7 @@ def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
 
 
 def _of_case(summary: Summary, case: str) -> dict[str, float | None]:
-    """Return the figures of a load case; of an assembled rod, bolts and joint, too."""
+    """Return the figures of a load case; also of bolts and joint, and the strain of gauges, as far as any."""
     load, result = summary.loads[case], summary.results[case]
     formulas, modes = summary.buckling.of_case(case)
     figures = {
@@ -401,6 +406,8 @@ def _of_case(summary: Summary, case: str) -> dict[str, float | None]:
             "joint_opening_um": joint.opening_um,
             "slip_reserve": joint.slip_reserve,
         }
+    for gauge in summary.gauges or ():
+        figures[f"{gauge.name.replace(' ', '_')}_um_m"] = gauge.cases[case].strain_um_m
     return figures
 
 

@@ -27,7 +27,7 @@ class GaugeCaseFigures(Figures):
     """Strain of a gauge in a load case."""
 
     strain_um_m: float
-    error_um_m: float  #: of the mesh
+    error_um_m: float | None  #: of the mesh; None at a speed of many that is only superposed
     measured_um_m: WhereKnown[float] = None
 
 

@@ -45,11 +45,17 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
     if not _determined(life):
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
+    more = ""
+    if life.steady_is_undamaged:
+        more = (
+            " Cycles of mean pressure alone would do no damage: single ones of more pressure exceed the "
+            "endurance limit (cycle_pressure_percent of [scatter])."
+        )
     for failing in _failing(life.reliability, speed):
-        return failing
+        return f"{failing}{more}"
     ends = life.cycles is not None and life.cycles <= LONGEST
     about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
-    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
+    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}.{more}"
 
 
 def _failing(known: ReliabilityFigures | None, when: str) -> Iterator[str]:

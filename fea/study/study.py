@@ -14,7 +14,7 @@ from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.changes import Changes, changed_fields, parted, switched_on
 from fea.study.defect_table import DefectTable
 from fea.study.engine_library import engine_preset
-from fea.study.engine_table import EngineTable, with_preset
+from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
 from fea.study.files import (
     beside,
     is_file,
@@ -269,8 +269,8 @@ class Study:
 
         A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced
         by a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it;
-        and taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or
-        a key is unknown, or a value breaks a rule.
+        and taken away by None; ``gauge`` by a list of tables. Files are relative to the current directory.
+        Raises `InvalidValue`: a table or a key is unknown, or a value breaks a rule.
 
         Examples
         --------
@@ -424,9 +424,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
     if "engine" in raw:
-        raw["engine"] = with_preset(raw["engine"])
-        if isinstance(raw["engine"], dict) and "fuel" in raw["engine"]:  # which burns
-            raw["engine"] = {"gas": "otto", **raw["engine"]}
+        raw["engine"] = with_implied_gas(with_preset(raw["engine"]))
     given = [key for key in TABLES if key in raw and key != "rod"]
     tables = {key: read_table(TABLES[key], key, raw[key]) for key in given}
     rod = _rod(raw, folder)

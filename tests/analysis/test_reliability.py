@@ -9,7 +9,7 @@ import pytest
 from studies import PLAIN
 
 from fea.analysis import reliability
-from fea.analysis.cycle.figures import envelope_figures
+from fea.analysis.cycle.figures import envelope_figures, life_figures
 from fea.analysis.cycle.operation import CountedCycles, JudgedNodes
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
@@ -27,7 +27,7 @@ from fea.judge.cycle_life import cycle_life, life_line
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.rainflow import rainflow
 from fea.judge.reliability import AWAY, STATIC, FirstFailure, Scatter, deviation, responded
-from fea.output.life_statements import b_lives
+from fea.output.life_statements import b_lives, lasts
 from fea.output.life_tables import reliability_tables
 from fea.output.statements import life as life_lines
 from fea.rod.loading import DutyLoads, EngineLoading
@@ -250,6 +250,22 @@ def test_the_answer_names_percentiles_of_a_known_line_alone(rod, solved):
     line, table = shown(replace(life, reliability=replace(life.reliability, conditional=True)))
     assert line.startswith(("Lasts", "Life"))
     assert "if the assumed strength or peak pressure is right" in table.caption
+
+
+def test_an_answer_says_that_only_stronger_cycles_do_damage(rod, solved):
+    """An endurance limit 1 % above what the mean cycle needs: a cycle of 3 × 5 % more gas load exceeds it."""
+    (material,), spot = rod.materials, solved.cycle.weakest
+    surface = solved.cycle.regions.factor(spot.node, material)
+    amplitude = reversed_amplitude(Fatigue.GOODMAN, *rainflow(spot.signed), material).max()
+    just = replace(material, endurance_limit=float(1.01 * amplitude / surface))
+    own = varied(rod, structure=replace(rod.structure, materials=(just,)))
+    found = life_figures(solved.cycle, own, RPM)
+    assert found.hours is not None
+    assert found.steady_is_undamaged is True  # of JSON
+    assert "Cycles of mean pressure alone would do no damage" in lasts(found, "at 6000 rpm")
+    even = varied(own, study=replace(rod.study, scatter=ScatterTable(cycle_pressure_percent=0.0)))
+    steady = life_figures(solved.cycle, even, RPM)
+    assert (steady.hours, steady.steady_is_undamaged) == (None, None)
 
 
 def test_static_strength_acts_through_mean_stress(rod):

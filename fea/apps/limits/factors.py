@@ -4,13 +4,12 @@ The cycles that are surveyed lie on a few rays from rest through speed squared a
 evaluated again where a limit is stated in words (see `fea.analysis.cycle.candidates`).
 """
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,9 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.scatter import scatter_of
+from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.judge.cycle_life import life_line, varied_pressure
+from fea.judge.cycle_life import CycleLife, cycle_life, life_line, varied_pressure
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.rainflow import rainflow
@@ -68,6 +68,22 @@ Factors = Mapping[FailureMode, ModeFactor]
 StressHistories = tuple[Sequence[RowHistories], Floats]
 
 _TINY = 1e-12
+
+
+class FatiguedPlace(NamedTuple):
+    """A place near its endurance limit, with its stress over cycles of any pressure."""
+
+    signed: Floats  #: (n_instants,) at the mean pressure, MPa
+    material: Material
+    surface: float  #: factor k_a
+    line: LifeLine
+    varied: Sequence[tuple[float, Floats]]  #: shares of cycles, and their signed stress
+
+    def counted(self, criterion: Fatigue) -> tuple[Floats, Floats]:
+        """Return fully reversed amplitudes (n_cycles,), MPa, and how many there are of each in a cycle."""
+        amplitudes = [reversed_amplitude(criterion, *rainflow(own), self.material) for _, own in self.varied]
+        shares = [share for share, _ in self.varied]
+        return np.concatenate(amplitudes), np.repeat(shares, [len(own) for own in amplitudes])
 
 
 class RodFactors(ABC):
@@ -119,30 +135,39 @@ class RodFactors(ABC):
         own = [each for each in self._materials if life_line(each, np.ones(1)) is not None]
         return any(material.basquin is None for material in own)
 
-    def life(
-        self, cycle: CrankCycle, strengths: Sequence[float] = (1.0,), *, every: bool = False
-    ) -> list[float]:
-        """Return the crank cycles to failure at strengths relative to the median, as `fea.analysis.life`.
+    def smooth_life(self, cycle: CrankCycle) -> float:
+        """Return the crank cycles to failure as if every range did damage: an estimate for the map."""
+        damage = _TINY
+        for place in self._worst_places(cycle, estimated=True):
+            line = replace(place.line, gentle=None) if place.line.endless else place.line
+            amplitude, rate = place.counted(self._criterion)
+            damage = max(damage, float(line.damage(amplitude[:, None], rate).sum()))
+        return 1 / damage
 
-        `every`: as if every range did damage, by an estimate that is smooth over the map.
-        """
-        damage = np.zeros(len(strengths))
-        for line, amplitude, rate in self._counted(cycle, estimated=every):
-            gentle = None if every and line.endless else line.gentle
-            lines = (replace(line, gentle=gentle).stronger(each) for each in strengths)
-            damage = np.maximum(damage, [float(own.damage(amplitude[:, None], rate).sum()) for own in lines])
-        return [math.inf if each == 0 else 1 / each for each in np.maximum(damage, _TINY * every).tolist()]
+    def life(self, cycle: CrankCycle) -> CycleLife | None:
+        """Return the life of the place that fails first; None where no S–N line is known."""
+        lives = [
+            life
+            for signed, material, surface, _, varied in self._worst_places(cycle)
+            if (life := cycle_life(signed, material, surface, self._criterion, varied)) is not None
+        ]
+        if not lives:
+            return None
+        low, high = min(life.low for life in lives), min(life.high for life in lives)
+        return replace(min(lives, key=lambda life: (life.cycles, life.low)), low=low, high=high)
 
     def tail(self, cycle: CrankCycle) -> float:
         """Return the largest amplitude of single cycles of any pressure over that at the mean pressure."""
-        used = [(amplitude / line.limit, rate) for line, amplitude, rate in self._counted(cycle)]
-        usual = max(float(share[rate == rate.max()].max()) for share, rate in used)
-        return max(float(share.max()) for share, _ in used) / usual
+        usual, largest = 0.0, 0.0
+        for place in self._worst_places(cycle):
+            amplitude, rate = place.counted(self._criterion)
+            share = amplitude / place.line.limit
+            usual = max(usual, float(share[rate == rate.max()].max()))
+            largest = max(largest, float(share.max()))
+        return largest / usual
 
-    def _counted(
-        self, cycle: CrankCycle, *, estimated: bool = False
-    ) -> Iterator[tuple[LifeLine, Floats, Floats]]:
-        """Yield S–N line, reversed amplitudes and rates (n_cycles,) of the most stressed rows."""
+    def _worst_places(self, cycle: CrankCycle, *, estimated: bool = False) -> Iterator[FatiguedPlace]:
+        """Yield the places nearest to their endurance limit."""
         rows_of_parts, angles = self.histories(cycle, estimated=estimated)
         order, gas = np.argsort(angles), gas_cases(cycle) if self._scatter else None
         shares, factors = zip(*varied_pressure(0.0 if gas is None else self._scatter), strict=True)
@@ -150,7 +175,8 @@ class RodFactors(ABC):
         if gas is not None:
             alone, course = self.under(gas, rows_of_parts), gas_along_rod(cycle.at(angles)) / gas[0].gas
         for (part, rows, history), pressed in zip(rows_of_parts, alone, strict=True):
-            line = self._life_line(part.material, part.surface(rows))
+            surface = part.surface(rows)
+            line = self._life_line(part.material, surface)
             if line is None:
                 continue
             change = (pressed[..., :1] - pressed[..., 1:]) * course
@@ -159,11 +185,9 @@ class RodFactors(ABC):
             high, low = usual.max(axis=1), usual.min(axis=1)
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                counted = [rainflow(signed[row]) for signed in varied]
-                mean, amplitude = map(np.concatenate, zip(*counted, strict=True))
-                rate = np.repeat(shares, [len(own) for own, _ in counted])
-                reversed_ = reversed_amplitude(self._criterion, mean, amplitude, part.material)
-                yield replace(line, limit=line.limit[[row]]), reversed_, rate
+                of_row = replace(line, limit=line.limit[[row]])
+                every = [(share, signed[row]) for share, signed in zip(shares, varied, strict=True)]
+                yield FatiguedPlace(usual[row], part.material, float(surface[row]), of_row, every)
 
     @abstractmethod
     def under(self, instants: Instants, rows_of_parts: Sequence[RowHistories]) -> list[Floats]:

@@ -14,12 +14,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from fea.analysis.cycle.figures import cycle_life_figures
 from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import ONSETS, FailureMode, ModeFactor, RodFactors
 from fea.base.root import root
-from fea.judge.cycle_life import band_of
 from fea.pins.lubrication import crank_angles
 from fea.solid.errors import ContactError, FilmError
 from geometry.arrays import Floats, Ints
@@ -241,7 +241,7 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
                 continue
             point = of_rays.axes.point(float(of_rays.angles[ray]), float(load))
             try:
-                (cycles,) = model.life(engine.cycle(*point), every=True)
+                cycles = model.smooth_life(engine.cycle(*point))
             except ContactError:  # no state of contact carries the load
                 break
             logarithms[row, column] = math.log10(cycles)
@@ -249,18 +249,8 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
     return LifeMap(of_rays, of_rays.angles[some], logarithms, undamaged, model.assumed, per_hour)
 
 
-def life_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> CycleLifeFigures:
-    """Return the life at the study's load and a speed, rpm."""
-    cycle, band = engine.cycle(rpm, engine.full_load_scale(rpm)), band_of(assumed=model.assumed)
-    cycles = model.life(cycle, (1.0, 1 - band, 1 + band))
-    hours = [None if math.isinf(each) else each / (cycle.engine.cycles_per_hour * rpm) for each in cycles]
-    return CycleLifeFigures(
-        hours=hours[0],
-        low_hours=hours[1],
-        high_hours=hours[2],
-        band_percent=100 * band,
-        cycles=None if math.isinf(cycles[0]) else cycles[0],
-        assumed=model.assumed,
-        unlimited=bool(model.endurance),
-        by_strain=False,
-    )
+def life_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> CycleLifeFigures | None:
+    """Return the life at the study's load and a speed, rpm; None where no S–N line is known."""
+    cycle = engine.cycle(rpm, engine.full_load_scale(rpm))
+    found = model.life(cycle)
+    return None if found is None else cycle_life_figures(found, cycle.engine.cycles_per_hour * rpm)
