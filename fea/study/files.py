@@ -27,9 +27,12 @@ def located(name: str, path: str, folder: Path) -> Path:
     short = len(path.encode(errors="replace")) < _LONGEST
     require(short, name, path, f"must be shorter than {_LONGEST} bytes", remedy)
     try:
-        return (folder / path).resolve()
+        place = (folder / path).resolve()
+        loop = place.is_symlink()  # from Python 3.13 on, which no longer raises an error there
     except (OSError, RuntimeError, ValueError) as error:
         raise InvalidValue(name, path, f"is not a valid path ({error})", remedy) from error
+    require(not loop, name, path, "is not a valid path (its links lead round in a circle)", remedy)
+    return place
 
 
 def absolute(option: str, path: object) -> str:
