@@ -1,6 +1,6 @@
 """What `fea` writes, right and spoiled, and what it reads: run.py calls this in the environment of `fea`.
 
-`our_files.py write FOLDER` makes a run, its exports, what is known of them (`known.json`), and the same files with
+`our_files.py write FOLDER` makes a run, its exports, what is known of them (`known.json`), and the same with
 each fault of `rows.FAULTS`. `our_files.py read` takes items of judges as lines of JSON and prints rows.
 """
 
@@ -99,7 +99,9 @@ def write(folder: Path) -> None:
         place.mkdir(parents=True, exist_ok=True)
 
         def written(path, mesh, points, cells, fault=fault):
-            points = {name: values for name, values in points.items() if not fault or name.startswith("tension")}
+            points = {
+                name: values for name, values in points.items() if not fault or name.startswith("tension")
+            }
             mesh = spoiled(fault, mesh, points)
             lost = {name: values[: len(mesh.tets)] for name, values in cells.items()}
             return plain(path, mesh, points, lost)
@@ -130,7 +132,10 @@ def _spoil_others(fault: str, folder: Path, place: Path) -> None:
         deck = deck.replace("NSET=BIG_END_BORE", "NSET=OTHER")
     elif fault == "scaled":
         node = re.compile(r"(?m)^(\d+)((?:,-?\d\.\d+e[+-]\d+){3})$")
-        deck = node.sub(lambda line: ",".join([line[1], *(f"{1.01 * float(x):.12e}" for x in line[2][1:].split(","))]), deck)
+        deck = node.sub(
+            lambda line: ",".join([line[1], *(f"{1.01 * float(x):.12e}" for x in line[2][1:].split(","))]),
+            deck,
+        )
     (place / "run.inp").write_text(deck)
     grid = pv.read(folder / "run" / "tension.vtu")
     mesh = TetMesh(np.asarray(grid.points, float), grid.cells_dict[24])
@@ -159,7 +164,10 @@ def read(item: Item, folder: Path) -> Row:
             found = _figures([str(path), *(word.replace("FOLDER", str(folder)) for word in item.options)])
     except (ValueError, InvalidValue) as error:
         refused, found = str(error).replace(f"{folder}/", "")[:120], {}
-    each = [row("", "", found.get(name, 0.0), value, "", item.allowed) for name, value in item.expected.items()]
+    each = [
+        row("", "", found.get(name, 0.0), value, "", allowed=item.allowed)
+        for name, value in item.expected.items()
+    ]
     right = not refused and all(one.right for one in each)
     said = refused or ", ".join(one.found for one in each)
     words = " and ".join(name.replace("_", ", ") for name in item.expected)

@@ -1,8 +1,8 @@
 # requires: debian:python3-paraview
-"""ParaView's pvpython: finds our figures by the clicks of docs/do/paraview.md, and writes one mesh in each way.
+"""ParaView's pvpython finds our figures by the clicks of docs/do/paraview.md, and writes a mesh in each way.
 
-It reads every run in the folder. Others than that of run.py may be put there, such as one with places that are left
-out, and one with oil films:
+It reads every run in the folder. Others than that of run.py may be put there, such as one with places that
+are left out, and one with oil films:
 
     fea run leon-2001-bolted --size 12 --out FOLDER/bolted
     fea run leon-2001 --rpm 6000 --size 10 --film --out FOLDER/film
@@ -11,12 +11,13 @@ out, and one with oil films:
 import csv
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 from paraview import servermanager, simple
 from paraview.vtk.util.numpy_support import vtk_to_numpy
-from rows import Item, judge, of_mesh, of_stress, row, volumes
+from rows import FLAT, judge, mesh, of_mesh, of_stress, row, volumes
+
+WAYS = (("Ascii", "None"), ("Binary", "ZLib"), ("Appended", "None"), ("Appended", "LZMA"))
 
 
 def opened(path):
@@ -49,71 +50,68 @@ def force(path):
 
 
 def of_run(run, summary):
-    """Yield the figures of a run, each with the relative difference that is allowed."""
-    results = {name: case["max_von_mises_MPa"] for name, case in summary["results"].items()}
-    if summary.get("envelope"):
-        results["envelope"] = summary["envelope"]["max_von_mises_MPa"]
-    for name, stress in results.items():
-        file = run / f"{name}.vtu"
+    """Yield the figures of a run."""
+    cases = summary["results"] | ({"envelope": summary["envelope"]} if summary.get("envelope") else {})
+    for name, case in cases.items():
+        file, known = run / f"{name}.vtu", case["max_von_mises_MPa"]
         if file.exists():
             said = f"{run.name}/{name}.vtu → ParaView", "largest stress by the clicks, MPa"
-            yield row(*said, largest_stress(file), stress, "scaled", 2e-6)
-    angles = sorted(-1.0 if load["crank_deg"] is None else load["crank_deg"] for load in summary["loads"].values())
-    found = [round(float(time), 3) for time in opened(run / "cases.pvd").TimestepValues]
-    expected = [round(angle, 3) for angle in angles]
-    yield row(f"{run.name}/cases.pvd → ParaView", "crank angles as times", found, expected, "times")
+            yield row(*said, largest_stress(file), known, "scaled", allowed=2e-6)
+    angles = (-1.0 if load["crank_deg"] is None else load["crank_deg"] for load in summary["loads"].values())
+    times = [round(float(time), 3) for time in opened(run / "cases.pvd").TimestepValues]
+    said = f"{run.name}/cases.pvd → ParaView", "crank angles as times"
+    yield row(*said, times, sorted(round(angle, 3) for angle in angles), "times")
     for end, film in (summary.get("film") or {}).items():
         loads = [*csv.DictReader((run / "loads.csv").read_text(encoding="utf-8").splitlines())]
         axis, place = ("crank", "") if end == "big_end" else ("pin", "_small_end")
         for what in ("h_min", "p_max"):
             (line,) = [line for line in loads if float(line["crank_deg"]) == film[f"{what}_deg"]]
             load = math.hypot(*(float(line[f"{axis}_{way}_N"]) for way in ("axial", "transverse")))
-            file = f"film{place}_{what}.vtu"
-            yield row(f"{run.name}/{file} → ParaView", "force of the film, N", force(run / file), load, "", 1e-3)
+            name = f"film{place}_{what}.vtu"
+            said = f"{run.name}/{name} → ParaView", "force of the film, N"
+            yield row(*said, force(run / name), load, "scaled", allowed=1e-3)
 
 
 def reads(folder, known):
-    for ending, name in (("vtu", "stress"), ("vtk", "tension_stress"), ("xdmf", "tension_stress")):
-        file = folder / ("run/tension.vtu" if ending == "vtu" else f"run.{ending}")
-        crossing, data = f"{file.relative_to(folder)} → ParaView", servermanager.Fetch(opened(file))
+    for file, name in (
+        ("run/tension.vtu", "stress"),
+        ("run.vtk", "tension_stress"),
+        ("run.xdmf", "tension_stress"),
+    ):
+        crossing, data = f"{file} → ParaView", servermanager.Fetch(opened(folder / file))
         points = vtk_to_numpy(data.GetPoints().GetData())
         cells = vtk_to_numpy(data.GetCells().GetConnectivityArray()).reshape(-1, 10)
         yield from of_mesh(crossing, known, points, cells)
         stress = vtk_to_numpy(data.GetPointData().GetArray(name))
-        if stress.shape[1] == 9:
-            stress = stress[:, [0, 4, 8, 1, 5, 2]]
-        yield from of_stress(crossing, known, points, stress)
+        yield of_stress(
+            crossing, known, points, stress[:, [0, 4, 8, 1, 5, 2]] if stress.shape[1] == 9 else stress
+        )
     for ending in ("stl", "ply"):
-        file = opened(folder / f"run.{ending}")
-        merged = simple.Clean(Input=file)
-        whole = servermanager.Fetch(simple.Triangulate(Input=merged))
-        points = vtk_to_numpy(whole.GetPoints().GetData()).astype(float)
-        corners = points[vtk_to_numpy(whole.GetPolys().GetConnectivityArray()).reshape(-1, 3)]
+        skin = servermanager.Fetch(simple.Clean(Input=opened(folder / f"run.{ending}")))
+        points = vtk_to_numpy(skin.GetPoints().GetData()).astype(float)
+        corners = points[vtk_to_numpy(skin.GetPolys().GetConnectivityArray()).reshape(-1, 3)]
         volume = np.einsum("ni,ni", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-        said = f"run.{ending} → ParaView", "volume in its triangles, mm³"
-        yield row(*said, volume, known["volume_mm3"], "scaled", 2e-3)
-    for path in sorted(Path(folder).glob("*/cases.pvd")):
-        summary = json.loads((folder / ".." / ".." / "run" / "summary.json" if "spoiled" in path.parts
-                              else path.parent / "summary.json").read_text(encoding="utf-8"))  # fmt: skip
-        yield from of_run(path.parent, summary)
+        said = f"run.{ending} → ParaView", "volume, mm³"
+        yield row(*said, volume, known["volume_mm3"], "scaled", allowed=FLAT)
+    for path in sorted(folder.glob("*/cases.pvd")):
+        summary = path.parent / "summary.json"
+        if not summary.exists():  # of a spoiled run
+            summary = folder.parents[1] / path.parent.name / "summary.json"
+        yield from of_run(path.parent, json.loads(summary.read_text(encoding="utf-8")))
 
 
-def writes(folder, spoil):
+def writes(folder, size):
     source = opened(folder.parents[1] / "run" / "tension.vtu")
     data = servermanager.Fetch(source)
-    points = vtk_to_numpy(data.GetPoints().GetData())
-    volume = volumes(points, vtk_to_numpy(data.GetCells().GetConnectivityArray()).reshape(-1, 10)).sum()
-    moved = simple.Transform(Input=source)
-    moved.Transform.Scale = [1.01 if spoil else 1.0] * 3
-    ways = [
-        *((f"{mode}-{pack}.vtu".lower(), {"DataMode": mode, "CompressorType": pack})
-          for mode, pack in (("Ascii", "None"), ("Binary", "ZLib"), ("Appended", "None"), ("Appended", "LZMA"))),
-        *((f"{kind}.vtk".lower(), {"FileType": kind}) for kind in ("Ascii", "Binary")),
-    ]  # fmt: skip
-    for name, options in ways:
-        simple.SaveData(str(folder / name), proxy=moved, **options)
-        tried = ", ".join(f"{value}" for value in options.values())
-        yield Item(name, tried, "scaled", {"volume_mm3": volume, "length_mm": 141.0}, 1e-4)
+    points, cells = data.GetPoints().GetData(), data.GetCells().GetConnectivityArray()
+    volume = volumes(vtk_to_numpy(points), vtk_to_numpy(cells).reshape(-1, 10)).sum()
+    scaled = simple.Transform(Input=source)
+    scaled.Transform.Scale = [size] * 3
+    ways = {f"{mode}-{pack}.vtu": {"DataMode": mode, "CompressorType": pack} for mode, pack in WAYS}
+    ways |= {f"{kind}.vtk": {"FileType": kind} for kind in ("Ascii", "Binary")}
+    for name, options in ways.items():
+        simple.SaveData(str(folder / name), proxy=scaled, **options)
+        yield mesh(name, ", ".join(options.values()), volume)
 
 
 judge(str(simple.GetParaViewSourceVersion()).removeprefix("paraview version "), reads, writes)

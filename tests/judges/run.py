@@ -3,10 +3,10 @@
     python tests/judges/run.py [JUDGE ...] [--break] [--report FILE]
 
 Every `NAME_judge.py` of this folder judges one program. Its first line names what it needs behind ``# requires:``:
-packages of Python with their versions, for which this script makes an environment of its own in the directory for
-temporary files, and Debian packages (``debian:NAME``), which must be there. What cannot be had is listed. With
-``--break`` every row is tried again on a file that has one fault, and must turn wrong. The report of all judges goes to
-results/crossings.md. Outside CI, as the packages are large.
+packages of Python with their versions, for which this script makes an environment of its own in the directory
+for temporary files, and Debian packages (``debian:NAME``), which must be there. What cannot be had is listed.
+With ``--break`` every row is tried again on a file that has one fault, and must turn wrong. The report of all
+judges goes to results/crossings.md. Outside CI, as the packages are large.
 """
 
 import argparse
@@ -27,23 +27,23 @@ FILES = SCRATCH / "files"
 # What runs the judges of programs that bring their own Python.
 OWN_PYTHON = {"debian:python3-paraview": "pvpython", "debian:freecad-python3": "/usr/bin/python3"}
 ABSENT = {
-    "Code_Aster, SALOME": "no package of PyPI or Debian 12 holds them; MEDCoupling, their library, stands for them",
-    "Abaqus, Ansys, MSC Nastran, NX, SolidWorks, CATIA, Creo": "not free; their formats are judged through others",
+    "Code_Aster, SALOME": "not in PyPI or Debian 12; their library MEDCoupling is judged",
+    "Abaqus, Ansys, MSC Nastran, NX, SolidWorks, CATIA, Creo": "not free; others judge their formats",
     "gmsh, for our .vtk and .inp": "it reads legacy VTK in text alone, and writes Abaqus decks but reads none",
-    "FreeCAD 0.20, for our .med": "its build reads MED files of version 3 at most",
     "ParaView's .vtu compressed with LZ4": "refused, with the remedy: meshio does not read them",
     "Netgen, for our binary .msh": "its reader takes text: gmsh converts the file first",
 }
 INTRODUCTION = """# Crossings: files between `fea` and other programs
 
-Made by `python tests/judges/run.py --break`. Each row is one crossing: what `fea` wrote and another program read, or what
-another program wrote and `fea` read. The right answer comes from the side that did not read: the run itself, or the volume
-that a program measures of its own solid or mesh. A figure is right within the bar behind ±, relative. *With a fault* is
-what the same row said of a file with one fault put in; a row that does not turn wrong there proves nothing.
+Made by `python tests/judges/run.py --break`. Each row is one crossing: what `fea` wrote and another program
+read, or what another program wrote and `fea` read. The right answer comes from the side that did not read: the
+run itself, or the volume that a program measures of its own solid or mesh. A figure is right within the bar
+behind ±, relative. *With a fault* is what the same row said of a file with one fault put in; a row that does not
+turn wrong there proves nothing.
 
-Faults: `turned` two vertices of every element exchanged; `middles` two mid-side nodes exchanged; `scaled` 1 % too large
-(a pressure 2 %); `lost` one element left out; `tensor` YZ and XZ exchanged; `names` both bores exchanged; `times` another
-crank angle; `unit` another unit declared; `placed` the cap 2 mm away.
+Faults: `turned` two vertices of every element exchanged; `middles` two mid-side nodes exchanged; `scaled` 1 %
+too large (a pressure, too); `lost` one element left out; `tensor` YZ and XZ exchanged; `names` both bores
+exchanged; `times` another crank angle; `unit` another unit declared; `placed` the cap 2 mm away.
 """
 
 
@@ -91,14 +91,20 @@ def heard(judge: Path, python: Path | str, *breaking: str) -> Heard:
     lines, error = lines_of([str(python), str(judge), str(FILES), *breaking])
     told = {kind: [line[kind] for line in lines if kind in line] for kind in ("version", "row", "item")}
     items = "".join(f"{json.dumps(item)}\n" for item in told["item"])
-    read, failure = lines_of([sys.executable, str(HERE / "our_files.py"), "read"], items) if items else ([], "")
+    read, failure = (
+        lines_of([sys.executable, str(HERE / "our_files.py"), "read"], items) if items else ([], "")
+    )
     rows = {(row["crossing"], row["tried"]): row for row in [*told["row"], *read]}
     return Heard("".join(told["version"]), rows, error or failure)
 
 
 def report(all_heard: Mapping[str, tuple[Heard, Heard | None]]) -> Iterator[str]:
     """Yield the lines of the report."""
-    yield from (INTRODUCTION, "| program | version | crossings | right | seen to fail |", "|---|---|--:|--:|--:|")
+    yield from (
+        INTRODUCTION,
+        "| program | version | crossings | right | seen to fail |",
+        "|---|---|--:|--:|--:|",
+    )
     for name, (plain, broken) in all_heard.items():
         right = sum(row["right"] for row in plain.rows.values())
         failed = "" if broken is None else sum(fails(key, broken) for key in plain.rows)
@@ -129,7 +135,9 @@ def main() -> int:
     """Run the judges; return the exit code: 1 where a row is wrong, or does not fail where it must."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("judges", nargs="*")
-    parser.add_argument("--break", action="store_true", dest="breaking", help="see every row fail on a spoiled file")
+    parser.add_argument(
+        "--break", action="store_true", dest="breaking", help="see every row fail on a spoiled file"
+    )
     parser.add_argument("--report", type=Path, help="default, where all judges run: results/crossings.md")
     given = parser.parse_args()
     judges = {path.stem.removesuffix("_judge"): path for path in sorted(HERE.glob("*_judge.py"))}
@@ -150,7 +158,10 @@ def main() -> int:
         bad = [key for key, row in plain.rows.items() if not row["right"]]
         unseen = [] if broken is None else [key for key in plain.rows if not fails(key, broken)]
         wrong += len(bad) + len(unseen) + bool(plain.error)
-        print(f"{name} {plain.version}: {len(plain.rows)} crossings, wrong {bad}, unseen {unseen} {plain.error}", flush=True)
+        print(
+            f"{name} {plain.version}: {len(plain.rows)} crossings, wrong {bad}, unseen {unseen} {plain.error}",
+            flush=True,
+        )
     path = given.report or (None if given.judges else ROOT / "results" / "crossings.md")
     if path is not None:
         path.write_text("\n".join(report(found)) + "\n", encoding="utf-8")

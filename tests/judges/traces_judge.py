@@ -1,5 +1,5 @@
 # requires: npTDMS==1.13.0 asammdf==8.8.28 pandas==3.1.1 numpy==2.4.6
-"""One pressure trace as recorders hand it on: TDMS by npTDMS, MDF 4 by asammdf, tables of pandas, NumPy and Excel."""
+"""One pressure trace as it is handed on: TDMS by npTDMS, MDF 4 by asammdf, tables of others."""
 
 import csv
 
@@ -11,7 +11,7 @@ from rows import Item, judge
 
 
 def trace():
-    """Angles from 0 to 720° with firing TDC at 360°, and gauge pressures, bar: compression, a flame, an exhaust."""
+    """Angles, degrees, with firing TDC at 360°, and gauge pressures, bar: compression, flame, exhaust."""
     angles = np.arange(0, 720, 0.5)
     x = angles - 360
     volume = 1 / 9 + (1 - np.cos(np.radians(x))) / 2
@@ -49,11 +49,11 @@ def mdf(folder, angles, pressures):
     frame.to_csv(folder / "mdf-pandas.csv")
 
 
-def writes(folder, spoil):
+def writes(folder, size):
     angles, pressures = trace()
     place = int(pressures.argmax())
     expected = {"peak_bar": float(pressures[place]), "peak_deg": float(angles[place])}
-    pressures = pressures * (1.02 if spoil else 1.0)
+    pressures = pressures * size
     tdms(folder, angles, pressures)
     mdf(folder, angles, pressures)
     frame = pd.DataFrame({"Crank angle [deg]": angles, "Cylinder pressure [kPa]": 100 * pressures})
@@ -73,7 +73,7 @@ def writes(folder, spoil):
         ("numpy.dat", "NumPy, commented heading"),
         ("excel.csv", "Excel's dialect, title, units in a line of their own, psi"),
     ):
-        yield Item(file, tried, "scaled", expected, 2e-3)
+        yield Item(file, tried, expected, 2e-3)
 
 
 judge(f"npTDMS {nptdms.__version__}, asammdf {asammdf.__version__}, pandas {pd.__version__}", None, writes)
