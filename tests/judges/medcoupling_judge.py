@@ -49,10 +49,15 @@ def writes(folder, size):
         made.finishInsertingCells()
         file = mc.MEDFileUMesh()
         file.setMeshAtLevel(0, made)
-        for version in ("30", "33", "40"):
+        for version, write in (
+            ("3.0", file.write30),
+            ("3.3", file.write33),
+            ("4.0", file.write40),
+            ("4.2", file.write),
+        ):
             name = f"tetra{nodes}-{version}.med"
-            getattr(file, f"write{version}")(str(folder / name), 2)
-            yield mesh(name, f"{nodes}-node tetrahedra, MED {version[0]}.{version[1]}", volume)
+            write(str(folder / name), 2)
+            yield mesh(name, f"{nodes}-node tetrahedra, MED {version}", volume)
 
 
 judge(version_of("medcoupling"), reads, writes)

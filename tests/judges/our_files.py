@@ -8,6 +8,7 @@ import contextlib
 import io
 import json
 import re
+import shutil
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -29,6 +30,13 @@ from mesh.tetmesh import TET_TURN, TetMesh
 
 EXPORTS = ("med", "bdf", "msh", "vtk", "xdmf", "stl", "ply", "inp")
 RUN = ("run", "leon-2001", "--pressure", "cosine-180", "--size", "12", "--tolerance", "0", "--quiet")
+# The exports that a fault of the mesh or its fields changes.
+SPOILED = {
+    **dict.fromkeys(("scaled", "lost"), EXPORTS),
+    **dict.fromkeys(("turned", "middles"), ("med", "bdf", "msh", "vtk", "xdmf")),
+    "tensor": ("med", "msh", "vtk", "xdmf"),
+    "names": ("med", "msh"),
+}
 BAR, DEG = 0.1, np.pi / 180  # MPa, rad
 
 
@@ -108,7 +116,12 @@ def write(folder: Path) -> None:
 
         export_run.write_mesh = written
         for ending in EXPORTS[:-1] if fault else EXPORTS:
-            export_run.export_run(folder / "run", place / f"run.{ending}")
+            if ending in SPOILED.get(fault, "" if fault else EXPORTS):
+                export_run.export_run(folder / "run", place / f"run.{ending}")
+            else:
+                shutil.copy(folder / f"run.{ending}", place)
+        if not (place / "run.h5").exists():
+            shutil.copy(folder / "run.h5", place)
         _as_text(place / "run.msh")
         if fault:
             _spoil_others(fault, folder, place)
@@ -137,13 +150,15 @@ def _spoil_others(fault: str, folder: Path, place: Path) -> None:
             deck,
         )
     (place / "run.inp").write_text(deck)
-    grid = pv.read(folder / "run" / "tension.vtu")
-    mesh = TetMesh(np.asarray(grid.points, float), grid.cells_dict[24])
-    arrays = dict(grid.point_data)
-    mesh = spoiled(fault, mesh, arrays)
-    other = pv.UnstructuredGrid({24: mesh.tets}, mesh.points)
-    other.point_data.update(arrays)
-    other.save(place / "run" / "tension.vtu")
+    for path in (folder / "run").glob("*.vtu" if fault == "tensor" else "tension.vtu"):
+        grid = pv.read(path)
+        arrays = dict(grid.point_data)
+        mesh = spoiled(fault, TetMesh(np.asarray(grid.points, float), grid.cells_dict[24]), arrays)
+        if fault == "tensor":
+            arrays["von_mises"] = 1.01 * arrays["von_mises"]
+        other = pv.UnstructuredGrid({24: mesh.tets}, mesh.points)
+        other.point_data.update(arrays)
+        other.save(place / "run" / path.name)
     series = (folder / "run" / "cases.pvd").read_text()
     (place / "run" / "cases.pvd").write_text(re.sub(r'timestep="', 'timestep="1', series))
     step = (folder / "rod.step").read_text()

@@ -56,7 +56,7 @@ def of_run(run, summary):
         file, known = run / f"{name}.vtu", case["max_von_mises_MPa"]
         if file.exists():
             said = f"{run.name}/{name}.vtu → ParaView", "largest stress by the clicks, MPa"
-            yield row(*said, largest_stress(file), known, "scaled", allowed=2e-6)
+            yield row(*said, largest_stress(file), known, "tensor", allowed=2e-6)
     angles = (-1.0 if load["crank_deg"] is None else load["crank_deg"] for load in summary["loads"].values())
     times = [round(float(time), 3) for time in opened(run / "cases.pvd").TimestepValues]
     said = f"{run.name}/cases.pvd → ParaView", "crank angles as times"

@@ -1,15 +1,16 @@
 """What judges share: rows of the report, files for `fea` to read, exact volumes of tetrahedra.
 
 A judge has a function `reads(folder, known)`, which yields a `Row` for each thing that the program finds in
-our files, and `writes(folder, size)`, which writes files and yields an `Item` for each. Each names the fault that
-turns it wrong: `python judge.py FOLDER --break` reads the files of FOLDER/spoiled/FAULT, and writes with a size
-of 1.01.
+our files, and `writes(folder, size)`, which writes files and yields an `Item` for each. Each names the
+fault that turns it wrong: `python judge.py FOLDER --break` reads the files of FOLDER/spoiled/FAULT, and
+writes with a size of 1.01.
 """
 
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,8 @@ FAULTS = ("turned", "middles", "scaled", "lost", "tensor", "names", "times", "un
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # VTK's order of the mid-side nodes
 # From the turned order of nodes of MED and SMESH to VTK's, and back.
 TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
-# Relative: what files of seven digits leave of a volume, single precision and rounding of a stress, flat triangles
-# of a volume, and six digits of `fea rod --json` and five of Nastran's fields of one.
+# Relative: what files of seven digits leave of a volume, single precision and rounding of a stress, flat
+# triangles of a volume, and six digits of `fea rod --json` and five of Nastran's fields of one.
 CLOSE, STRESS, FLAT, MESH = 2e-6, 5e-4, 2e-3, 1e-4
 # The rod that every CAD program draws, mm: two rings with their bores, 24 thick, and a bar between them.
 LENGTH, WIDTH, RINGS, BORES, BAR, MIDDLE = 150.0, 24.0, (38.0, 20.0), (26.0, 12.0), (120.0, 18.0, 16.0), 80.0
@@ -130,13 +131,17 @@ def judge(version: str, reads: Reads | None = None, writes: Writes | None = None
     known = json.loads((folder / "known.json").read_text(encoding="utf-8"))
     print(json.dumps({"version": version}))
     for fault in (FAULTS if breaking else ("",)) if reads else ():
+        lines = iter(reads(folder / "spoiled" / fault if fault else folder, known))
         try:
-            for line in reads(folder / "spoiled" / fault if fault else folder, known):
-                if fault in {"", line.fault}:
-                    print(json.dumps({"row": asdict(line)}), flush=True)
-        except Exception:
-            if not fault:  # a program may refuse a spoiled file in any way
+            first = [next(lines)]
+        except Exception as error:  # a program may refuse a spoiled file in any way
+            if not fault:
                 raise
+            print(json.dumps({"refused": {fault: " ".join(str(error).split())[:60]}}), flush=True)
+            continue
+        for line in chain(first, lines):
+            if fault in {"", line.fault}:
+                print(json.dumps({"row": asdict(line)}), flush=True)
     if writes is not None:
         out = folder / ("written-spoiled" if breaking else "written") / Path(sys.argv[0]).stem
         out.mkdir(parents=True, exist_ok=True)

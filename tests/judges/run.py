@@ -2,11 +2,11 @@
 
     python tests/judges/run.py [JUDGE ...] [--break] [--report FILE]
 
-Every `NAME_judge.py` of this folder judges one program. Its first line names what it needs behind ``# requires:``:
-packages of Python with their versions, for which this script makes an environment of its own in the directory
-for temporary files, and Debian packages (``debian:NAME``), which must be there. What cannot be had is listed.
-With ``--break`` every row is tried again on a file that has one fault, and must turn wrong. The report of all
-judges goes to results/crossings.md. Outside CI, as the packages are large.
+Every `NAME_judge.py` of this folder judges one program. Its first line names what it needs behind ``#
+requires:``: packages of Python with their versions, for which this script makes an environment of its own
+in the directory for temporary files, and Debian packages (``debian:NAME``), which must be there. What
+cannot be had is listed. With ``--break`` every row is tried again on a file that has one fault, and must
+turn wrong. The report of all judges goes to results/crossings.md. Outside CI, as the packages are large.
 """
 
 import argparse
@@ -29,21 +29,22 @@ OWN_PYTHON = {"debian:python3-paraview": "pvpython", "debian:freecad-python3": "
 ABSENT = {
     "Code_Aster, SALOME": "not in PyPI or Debian 12; their library MEDCoupling is judged",
     "Abaqus, Ansys, MSC Nastran, NX, SolidWorks, CATIA, Creo": "not free; others judge their formats",
-    "gmsh, for our .vtk and .inp": "it reads legacy VTK in text alone, and writes Abaqus decks but reads none",
+    "gmsh, for our .vtk and .inp": "it reads VTK's legacy files in text alone, and no Abaqus decks",
     "ParaView's .vtu compressed with LZ4": "refused, with the remedy: meshio does not read them",
     "Netgen, for our binary .msh": "its reader takes text: gmsh converts the file first",
 }
 INTRODUCTION = """# Crossings: files between `fea` and other programs
 
 Made by `python tests/judges/run.py --break`. Each row is one crossing: what `fea` wrote and another program
-read, or what another program wrote and `fea` read. The right answer comes from the side that did not read: the
-run itself, or the volume that a program measures of its own solid or mesh. A figure is right within the bar
-behind ±, relative. *With a fault* is what the same row said of a file with one fault put in; a row that does not
-turn wrong there proves nothing.
+read, or what another program wrote and `fea` read. The right answer comes from the side that did not read:
+the run itself, or the volume that a program measures of its own solid or mesh. A figure is right within the
+bar behind ±, relative. *With a fault* is what the same row said of a file with one fault put in; a row that
+does not turn wrong there proves nothing.
 
-Faults: `turned` two vertices of every element exchanged; `middles` two mid-side nodes exchanged; `scaled` 1 %
-too large (a pressure, too); `lost` one element left out; `tensor` YZ and XZ exchanged; `names` both bores
-exchanged; `times` another crank angle; `unit` another unit declared; `placed` the cap 2 mm away.
+Faults: `turned` two vertices of every element exchanged; `middles` two mid-side nodes exchanged; `scaled` 1
+% too large (a pressure, too); `lost` one element left out; `tensor` YZ and XZ exchanged, von Mises stress 1
+% larger; `names` both bores exchanged; `times` another crank angle; `unit` another unit declared; `placed`
+the cap 2 mm away.
 """
 
 
@@ -54,6 +55,7 @@ class Heard:
     version: str = ""
     rows: dict[tuple[str, str], Mapping[str, Any]] = field(default_factory=dict)
     error: str = ""
+    refused: Mapping[str, str] = field(default_factory=dict)  #: the error by the fault of the first file
 
 
 def python_for(judge: Path) -> Path | str:
@@ -89,13 +91,16 @@ def lines_of(command: list[str], given: str | None = None) -> tuple[list[Any], s
 def heard(judge: Path, python: Path | str, *breaking: str) -> Heard:
     """Run a judge, and let `fea` read what it wrote."""
     lines, error = lines_of([str(python), str(judge), str(FILES), *breaking])
-    told = {kind: [line[kind] for line in lines if kind in line] for kind in ("version", "row", "item")}
+    told = {
+        kind: [line[kind] for line in lines if kind in line] for kind in ("version", "row", "item", "refused")
+    }
     items = "".join(f"{json.dumps(item)}\n" for item in told["item"])
     read, failure = (
         lines_of([sys.executable, str(HERE / "our_files.py"), "read"], items) if items else ([], "")
     )
     rows = {(row["crossing"], row["tried"]): row for row in [*told["row"], *read]}
-    return Heard("".join(told["version"]), rows, error or failure)
+    refused = {fault: f"refused ({why})" for line in told["refused"] for fault, why in line.items()}
+    return Heard("".join(told["version"]), rows, error or failure, refused)
 
 
 def report(all_heard: Mapping[str, tuple[Heard, Heard | None]]) -> Iterator[str]:
@@ -107,28 +112,28 @@ def report(all_heard: Mapping[str, tuple[Heard, Heard | None]]) -> Iterator[str]
     )
     for name, (plain, broken) in all_heard.items():
         right = sum(row["right"] for row in plain.rows.values())
-        failed = "" if broken is None else sum(fails(key, broken) for key in plain.rows)
+        rows = plain.rows.values()
+        failed = "" if broken is None else sum(spoiled_figure(row, broken) is not None for row in rows)
         yield f"| {name} | {plain.version or plain.error} | {len(plain.rows)} | {right} | {failed} |"
     yield from ("", "Not judged:", "", *(f"- {name}: {why}." for name, why in ABSENT.items()))
     for name, (plain, broken) in all_heard.items():
         yield from ("", f"## {name}", "", "| file | what was tried | figure | expected | | with a fault |")
         yield "|---|---|---|---|---|---|"
-        for key, row in plain.rows.items():
+        for row in plain.rows.values():
             verdict = "right" if row["right"] else "**wrong**"
-            said = "" if broken is None else f"{row['fault']}: {spoiled_figure(key, broken)}"
+            said = (
+                "" if broken is None else f"{row['fault']}: {spoiled_figure(row, broken) or '**as before**'}"
+            )
             cells = (row["crossing"], row["tried"], row["found"], row["expected"], verdict, said)
             yield f"| {' | '.join(str(cell).replace('|', '/') for cell in cells)} |"
 
 
-def fails(key: tuple[str, str], broken: Heard) -> bool:
-    """Whether a row turns wrong, or the program refuses the file, with a fault."""
-    return key not in broken.rows or not broken.rows[key]["right"]
-
-
-def spoiled_figure(key: tuple[str, str], broken: Heard) -> str:
-    if key not in broken.rows:
-        return "refused"
-    return broken.rows[key]["found"] if fails(key, broken) else "**not noticed**"
+def spoiled_figure(row: Mapping[str, Any], broken: Heard) -> str | None:
+    """Return what a row says of a file with a fault; None where it does not turn wrong."""
+    again = broken.rows.get((row["crossing"], row["tried"]))
+    if again is None:
+        return broken.refused.get(row["fault"])
+    return None if again["right"] else again["found"]
 
 
 def main() -> int:
@@ -156,12 +161,11 @@ def main() -> int:
         broken = heard(judges[name], python, "--break") if given.breaking else None
         found[name] = plain, broken
         bad = [key for key, row in plain.rows.items() if not row["right"]]
-        unseen = [] if broken is None else [key for key in plain.rows if not fails(key, broken)]
+        rows = plain.rows.items()
+        unseen = [] if broken is None else [key for key, row in rows if spoiled_figure(row, broken) is None]
         wrong += len(bad) + len(unseen) + bool(plain.error)
-        print(
-            f"{name} {plain.version}: {len(plain.rows)} crossings, wrong {bad}, unseen {unseen} {plain.error}",
-            flush=True,
-        )
+        said = f"{len(rows)} crossings, wrong {bad}, not seen to fail {unseen if broken else ''}"
+        print(f"{name} {plain.version}: {said} {plain.error}", flush=True)
     path = given.report or (None if given.judges else ROOT / "results" / "crossings.md")
     if path is not None:
         path.write_text("\n".join(report(found)) + "\n", encoding="utf-8")

@@ -14,7 +14,8 @@ def trace():
     """Angles, degrees, with firing TDC at 360°, and gauge pressures, bar: compression, flame, exhaust."""
     angles = np.arange(0, 720, 0.5)
     x = angles - 360
-    volume = 1 / 9 + (1 - np.cos(np.radians(x))) / 2
+    rod = (1 - np.sqrt(1 - (0.3 * np.sin(np.radians(x))) ** 2)) / 0.3  # that is 3.3 crank radii long
+    volume = 1 / 9 + (1 - np.cos(np.radians(x)) + rod) / 2
     base = 0.95 * ((1 / 9 + 1) / volume) ** 1.32
     flame = np.where(x < 180, 1 + 1.5 * (1 - np.exp(-5 * (np.clip(x + 10, 0, None) / 50) ** 3)), 0)
     closed = np.where(np.abs(x) <= 180, base * np.maximum(flame, 1), 0.95)
