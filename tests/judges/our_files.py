@@ -77,7 +77,6 @@ def known(folder: Path) -> dict[str, object]:
         "volume_mm3": float(volumes(mesh.points, mesh.tets).sum()),
         "at_mm": mesh.points[node].tolist(),
         "stress_MPa": fields["stress"][node].tolist(),
-        "von_mises_MPa": float(fields["von_mises"][node]),
         "displaced_mm": moved,
         "surfaces": {name.value: len(facets) for name, facets in mesh.facets.items()},
         "bore_nodes": len(np.unique(mesh.facets[Surface.BIG_END_BORE])),
@@ -107,12 +106,8 @@ def write(folder: Path) -> None:
         place.mkdir(parents=True, exist_ok=True)
 
         def written(path, mesh, points, cells, fault=fault):
-            points = {
-                name: values for name, values in points.items() if not fault or name.startswith("tension")
-            }
             mesh = spoiled(fault, mesh, points)
-            lost = {name: values[: len(mesh.tets)] for name, values in cells.items()}
-            return plain(path, mesh, points, lost)
+            return plain(path, mesh, points, {name: cells[name][: len(mesh.tets)] for name in cells})
 
         export_run.write_mesh = written
         for ending in EXPORTS[:-1] if fault else EXPORTS:

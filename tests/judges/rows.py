@@ -8,7 +8,7 @@ writes with a size of 1.01.
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import chain
 from pathlib import Path
@@ -125,12 +125,14 @@ Reads = Callable[[Path, dict[str, Any]], Iterable[Row]]
 Writes = Callable[[Path, float], Iterable[Item]]
 
 
-def judge(version: str, reads: Reads | None = None, writes: Writes | None = None) -> None:
+def judge(
+    version: str, reads: Reads | None = None, writes: Writes | None = None, faults: Sequence[str] = FAULTS
+) -> None:
     """Print version, rows and items as JSON, one a line: what each judge ends with."""
     folder, breaking = Path(sys.argv[1]), "--break" in sys.argv
     known = json.loads((folder / "known.json").read_text(encoding="utf-8"))
     print(json.dumps({"version": version}))
-    for fault in (FAULTS if breaking else ("",)) if reads else ():
+    for fault in (faults if breaking else ("",)) if reads else ():
         lines = iter(reads(folder / "spoiled" / fault if fault else folder, known))
         try:
             first = [next(lines)]

@@ -24,6 +24,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 SCRATCH = Path(tempfile.gettempdir()) / "conrod-fea-judges"
 FILES = SCRATCH / "files"
+OUR_FILES = (sys.executable, str(HERE / "our_files.py"))
 # What runs the judges of programs that bring their own Python.
 OWN_PYTHON = {"debian:python3-paraview": "pvpython", "debian:freecad-python3": "/usr/bin/python3"}
 ABSENT = {
@@ -91,13 +92,10 @@ def lines_of(command: list[str], given: str | None = None) -> tuple[list[Any], s
 def heard(judge: Path, python: Path | str, *breaking: str) -> Heard:
     """Run a judge, and let `fea` read what it wrote."""
     lines, error = lines_of([str(python), str(judge), str(FILES), *breaking])
-    told = {
-        kind: [line[kind] for line in lines if kind in line] for kind in ("version", "row", "item", "refused")
-    }
+    kinds = "version", "row", "item", "refused"
+    told = {kind: [line[kind] for line in lines if kind in line] for kind in kinds}
     items = "".join(f"{json.dumps(item)}\n" for item in told["item"])
-    read, failure = (
-        lines_of([sys.executable, str(HERE / "our_files.py"), "read"], items) if items else ([], "")
-    )
+    read, failure = lines_of([*OUR_FILES, "read"], items)
     rows = {(row["crossing"], row["tried"]): row for row in [*told["row"], *read]}
     refused = {fault: f"refused ({why})" for line in told["refused"] for fault, why in line.items()}
     return Heard("".join(told["version"]), rows, error or failure, refused)
@@ -105,11 +103,7 @@ def heard(judge: Path, python: Path | str, *breaking: str) -> Heard:
 
 def report(all_heard: Mapping[str, tuple[Heard, Heard | None]]) -> Iterator[str]:
     """Yield the lines of the report."""
-    yield from (
-        INTRODUCTION,
-        "| program | version | crossings | right | seen to fail |",
-        "|---|---|--:|--:|--:|",
-    )
+    yield f"{INTRODUCTION}\n| program | version | crossings | right | seen to fail |\n|---|---|--:|--:|--:|"
     for name, (plain, broken) in all_heard.items():
         right = sum(row["right"] for row in plain.rows.values())
         rows = plain.rows.values()
@@ -121,9 +115,8 @@ def report(all_heard: Mapping[str, tuple[Heard, Heard | None]]) -> Iterator[str]
         yield "|---|---|---|---|---|---|"
         for row in plain.rows.values():
             verdict = "right" if row["right"] else "**wrong**"
-            said = (
-                "" if broken is None else f"{row['fault']}: {spoiled_figure(row, broken) or '**as before**'}"
-            )
+            again = "" if broken is None else spoiled_figure(row, broken) or "**as before**"
+            said = f"{row['fault']}: {again}"
             cells = (row["crossing"], row["tried"], row["found"], row["expected"], verdict, said)
             yield f"| {' | '.join(str(cell).replace('|', '/') for cell in cells)} |"
 
@@ -140,14 +133,12 @@ def main() -> int:
     """Run the judges; return the exit code: 1 where a row is wrong, or does not fail where it must."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("judges", nargs="*")
-    parser.add_argument(
-        "--break", action="store_true", dest="breaking", help="see every row fail on a spoiled file"
-    )
+    parser.add_argument("--break", action="store_true", dest="breaking", help="see every row fail")
     parser.add_argument("--report", type=Path, help="default, where all judges run: results/crossings.md")
     given = parser.parse_args()
     judges = {path.stem.removesuffix("_judge"): path for path in sorted(HERE.glob("*_judge.py"))}
     chosen, found, wrong = given.judges or [*judges], {}, 0
-    _, error = lines_of([sys.executable, str(HERE / "our_files.py"), "write", str(FILES)])
+    _, error = lines_of([*OUR_FILES, "write", str(FILES)])
     if error:
         sys.exit(error)
     for name in chosen:
