@@ -35,7 +35,9 @@ def reads(folder, known):
     volume = float(re.search(r"total volume.*\n\s*\n\s*(\S+)", data)[1])
     yield row(crossing, "volume, mm³", volume, known["volume_mm3"], "scaled", allowed=PRINTED)
     bore = re.search(r"displacements.*set BIG_END_BORE.*\n\s*\n((?:\s+\d+(?:\s+\S+){3}\n)+)", data)
-    yield row(crossing, "nodes of BIG_END_BORE", bore[1].count("\n"), known["bore_nodes"], "names")
+    yield row(
+        crossing, "nodes of BIG_END_BORE", bore[1].count("\n") if bore else 0, known["bore_nodes"], "names"
+    )
     blocks = re.split(r"(?m)^ -4  (\w+)", fields)
     steps = [
         largest(block.split("\n -3")[0])

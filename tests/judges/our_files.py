@@ -113,10 +113,9 @@ def write(folder: Path) -> None:
         for ending in EXPORTS[:-1] if fault else EXPORTS:
             if ending in SPOILED.get(fault, "" if fault else EXPORTS):
                 export_run.export_run(folder / "run", place / f"run.{ending}")
-            else:
-                shutil.copy(folder / f"run.{ending}", place)
-        if not (place / "run.h5").exists():
-            shutil.copy(folder / "run.h5", place)
+                continue
+            for other in (ending, "h5") if ending == "xdmf" else (ending,):
+                shutil.copy(folder / f"run.{other}", place)
         _as_text(place / "run.msh")
         if fault:
             _spoil_others(fault, folder, place)
