@@ -70,9 +70,10 @@ _LIVES = tuple(TableColumn(f"B{share}", "h", f"b{share}_hours", ".3g") for share
 def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the hours by which shares of the rods have failed, of places and of the whole."""
     cycle = None if summary.cycle is None else summary.cycle.life
-    for when, life in ((f"at {summary.rpm:g} rpm", cycle), ("over the duty", summary.life)):
-        if life is not None and life.reliability is not None:
-            yield _reliability_table(when, life.reliability)
+    if cycle is not None and cycle.reliability is not None:
+        yield _reliability_table(f"at {summary.rpm:g} rpm", cycle.reliability)
+    if summary.life is not None and summary.life.reliability is not None:
+        yield _reliability_table("over the duty", summary.life.reliability)
 
 
 def _reliability_table(when: str, found: ReliabilityFigures) -> AnswerTable:

@@ -331,9 +331,9 @@ class Films:
         """Take over what `at` returned in another process."""
         self._found[_key(cycle)] = *found, cycle.gas
 
-    def coarse(self, cycle: CrankCycle, size: tuple[int, int, int] = COARSE) -> FilmCycle:
+    def coarse(self, cycle: CrankCycle, size: tuple[int, int, int] | None = None) -> FilmCycle:
         """The coarse one alone, or one of other cells and steps as `COARSE`; errors as of `at`."""
-        return self._integrated(cycle, self.bore, size, None)
+        return self._integrated(cycle, self.bore, size or COARSE, None)
 
     def opened(self, state: ContactState) -> float:
         """Share of the joint of a rod in parts that loads open: 0 where that is next to nothing."""
