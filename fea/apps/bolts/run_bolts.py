@@ -17,6 +17,7 @@ from fea.judge.bolt import UTILISATION
 from fea.judge.safety_factor import SafetyFactor
 from fea.machine.clock import Clock, Listener
 from fea.study.assembly_table import SCATTER, YIELD_ESTIMATED
+from fea.study.load_cases import load_cases_alone
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 
@@ -91,7 +92,7 @@ def bolts(study: Study | str | Path, listener: Listener | None = None) -> BoltTa
     rpm = max(speed for speed in study.speeds() if speed is not None)
     require(rpm > 0, "speed.rpm", rpm, "must be positive", "At rest nothing pulls at the joint.")
     clock = Clock(listener)
-    study = replace(study, duty=None, analysis=replace(study.analysis, cycle=False))
+    study = load_cases_alone(study)
     adapted = refined_rod(study, [rpm], clock)
     rod, result = adapted.rod, adapted.results.get(rpm) or solve_speed(adapted.rod, rpm)
     pins, setup = rod.assembly_contact, rod.assembling

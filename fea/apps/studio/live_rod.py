@@ -33,7 +33,7 @@ from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
-from fea.study.option_tables import OutputTable
+from fea.study.load_cases import load_cases_alone
 from fea.study.pin_models import FILM, PRESCRIBED
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
@@ -49,19 +49,11 @@ _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
 def live_study(study: Study) -> Study:
     """Return the study that is solved at once: in one piece and without oil film."""
-    options = study.analysis
-    pressure = CONTACT if options.pressure == FILM else options.pressure
+    pressure = CONTACT if study.analysis.pressure == FILM else study.analysis.pressure
     assembled = study.assembly is not None
     parts = {name: table for name, table in study.part_material.items() if name != BOLT and not assembled}
-    return replace(
-        study,
-        analysis=replace(options, pressure=pressure, cycle=False, film=False, buckling=False),
-        part_material=parts,
-        assembly=None,
-        duty=None,
-        optimise=None,
-        output=OutputTable(),
-    )
+    alone = load_cases_alone(study, pressure=pressure, film=False, buckling=False)
+    return replace(alone, part_material=parts, assembly=None)
 
 
 class LiveRod:

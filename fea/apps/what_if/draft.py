@@ -15,6 +15,7 @@ from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import MeshedRod
+from fea.study.load_cases import load_cases_alone
 from fea.study.option_tables import PINS, MeshTable
 from fea.study.proportions import assumed_at
 from fea.study.study import Study
@@ -60,8 +61,8 @@ class Draft:
         return {now.mode: SafetyFactor(k * now, k * now.low, k * now.high, mode=now.mode) for k, now in each}
 
     def _of(self, study: Study) -> Study:
-        options = replace(study.analysis, cycle=False, film=False, buckling=False, tolerance_percent=0.0)
-        own = replace(study, analysis=options, duty=None, mesh=MeshTable(element=study.mesh.element))
+        own = load_cases_alone(study, film=False, buckling=False, tolerance_percent=0.0)
+        own = replace(own, mesh=MeshTable(element=study.mesh.element))
         own = own if self.rpm is None else replace(own, speed=replace(own.speed, rpm=self.rpm))
         pins = {name: table for name, table in own.part_material.items() if name in PINS}
         return replace(own, assembly=None, part_material=pins) if self.alone else own

@@ -157,7 +157,7 @@ def limits(run: Run) -> Iterator[str]:
     peened = run.study.material.material().marin.rest.finish == Finish.SHOT_PEENED
     factor = " (shot peening enters through the factor of the surface alone)" if peened else ""
     yield f"Residual stresses of forging, machining or fracture splitting{factor}."
-    yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
+    yield "Vibration of the rod and of the crank train; cycles of more or less pressure count in hours alone."
     if summary.model.pressure == FILM:
         in_parts = "; the film of the small end does not load the rod" if parts else ""
         yield f"The bending and ovalisation of the crank pin{in_parts}."
@@ -171,7 +171,7 @@ def limits(run: Run) -> Iterator[str]:
         yield f"Friction and the oil film between pins and bores{beside}."
     if summary.envelope is None:
         yield "Fatigue: only the peaks of the cycle were solved; nothing is said about the life of the rod."
-    elif summary.life is None:
+    elif summary.life is None and (summary.cycle is None or summary.cycle.life is None):
         yield "A finite life: the fatigue factors hold for an unlimited one and predict no number of cycles."
     if summary.buckling.modes is None:
         yield "Buckling of the solid: the shank is judged as a column, by formulas."
