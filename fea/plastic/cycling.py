@@ -12,7 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment
+from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment, projected
 from fea.plastic.zone import Zone, equivalent_strain
 from geometry.arrays import Floats
 
@@ -107,6 +107,8 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
     `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, in the order in
     which they act.
     """
+    if max(zone.usage(case, zone.virgin).max(initial=0.0) for case in cases) > 1:
+        cases = [projected(zone, body, case) for case in cases]
     nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
     walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()

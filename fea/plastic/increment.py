@@ -19,7 +19,7 @@ from geometry.arrays import Floats, Mask
 _MEMORY, _MOST_STEPS = 12, 400
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
-# Largest force out of balance, relative to the largest nodal force of the elements at yield.
+# Largest force out of balance, relative to what an element at yield exerts on the same node.
 BALANCED = 3e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.
 _LARGEST_STRAIN = 0.1
@@ -91,19 +91,41 @@ def increment(
     the state before. The iteration begins with its forces, or those of a `guess`. Raises
     `NoEquilibriumError`: none is found.
     """
-    forces, moved = (guess or before).forces, (guess or before).moved
-    scale = _largest_force(zone)
+    return _balanced(
+        zone, body, guess or before, lambda moved: zone.returned(elastic + moved, before.plastic)
+    )
+
+
+def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
+    """Return a displacement (n_halves, n_nodes, 3), mm, of the elastic body, of projected volumetric strain.
+
+    It differs the less the finer the mesh. Raises `NoEquilibriumError`: the iteration does not converge.
+    """
+    start = at_rest(zone, body.halves)
+    return elastic + _balanced(zone, body, start, lambda _: zone.virgin, elastic).moved
+
+
+def _balanced(
+    zone: Zone,
+    body: ElasticBody,
+    start: FlowState,
+    flow: Callable[[Floats], Floats],
+    elastic: Floats | float = 0.0,
+) -> FlowState:
+    """Find the state in which forces balance plastic strain and projection; `flow` of a displacement."""
+    forces, moved = start.forces, start.moved
+    scale = _nodal_force(zone)
     tried, missed = list[Floats](), list[Floats]()
     least, reached = np.inf, 0
     for step in range(_MOST_STEPS):
-        plastic = zone.returned(elastic + moved, before.plastic)
-        error = zone.initial_forces(moved, plastic) - forces
-        unbalanced = float(np.abs(error).max(initial=0.0)) / scale
+        plastic = flow(moved)
+        error = zone.initial_forces(elastic + moved, plastic) - forces
+        unbalanced = float((np.abs(error) / scale).max(initial=0.0))
         if unbalanced <= BALANCED:
             return FlowState(plastic, forces, moved, unbalanced)
         if unbalanced < least / 2:
             least, reached = unbalanced, step
-        if step - reached > _STALLED or not np.abs(plastic - before.plastic).max() < _LARGEST_STRAIN:
+        if step - reached > _STALLED or not np.abs(plastic - start.plastic).max() < _LARGEST_STRAIN:
             break
         tried, missed = [*tried, forces][-_MEMORY:], [*missed, error][-_MEMORY:]
         forces = _accelerated(tried, missed)
@@ -123,7 +145,10 @@ def _accelerated(tried: list[Floats], missed: list[Floats]) -> Floats:
     return np.asarray(tried[-1] + step.reshape(tried[-1].shape))
 
 
-def _largest_force(zone: Zone) -> float:
-    """Largest nodal force of an element at yield, N: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
+def _nodal_force(zone: Zone) -> Floats:
+    """Force (n_nodes, 1), N, at the nodes of the zone at yield: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
     size = np.abs(zone.gradients) * np.repeat(zone.volumes, 3, axis=1)[..., None]
-    return float((zone.strength * size.sum(axis=1)).max())
+    of_element = (zone.strength[..., None] * size).reshape(len(size), -1, 3, size.shape[2]).sum(axis=1)
+    found = np.zeros((len(zone.nodes), 1))
+    np.maximum.at(found, zone.corners, of_element.max(axis=1)[..., None])
+    return found

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fea.plastic.cycling import PlasticAnswer, cycled
-from fea.plastic.increment import ElasticBody, FlowState, at_rest, increment
+from fea.plastic.increment import ElasticBody, FlowState, at_rest, increment, projected
 from fea.plastic.zone import Zone
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.element import gauss_places, shape_functions
@@ -59,7 +59,8 @@ class FlowingSphere:
         self.zone, fixed = _all_elements(self.mesh), held(self.mesh, {}).ravel()
         K = stiffness(self.mesh, STEEL, pattern(self.mesh.tets, len(self.mesh.points)))
         self.body = ElasticBody(self.zone, {Parity.SYMMETRIC: (fixed, factorise(K.constrained(fixed)))})
-        self.unit = self.body(traction_forces(self.mesh, Surface.INNER, pressure(1.0))[None])
+        unit = self.body(traction_forces(self.mesh, Surface.INNER, pressure(1.0))[None])
+        self.unit = projected(self.zone, self.body, YIELD * unit) / YIELD
 
     def pressed(self, *fronts: float) -> FlowState:
         """Return the state after pressures that should move the front of flow to these radii, mm."""
