@@ -10,7 +10,7 @@ import numpy as np
 from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
-from fea.plastic.increment import ElasticBody
+from fea.plastic.increment import ElasticBody, projected
 from fea.plastic.zone import Zone
 from fea.solid.parity import Parity
 from fea.solid.stress import principal
@@ -115,7 +115,8 @@ class FlowingRod:
         for _ in range(_GROWTHS):
             zone = self._zone(may_flow, strength)
             body = ElasticBody(zone, solvers)
-            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads], most_turns)
+            acting = [projected(zone, body, u[:, zone.nodes]) for u in loads]
+            flow = cycled(zone, body, acting, most_turns)
             moved = body.everywhere(flow.state.forces)
             missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():

@@ -12,7 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment, projected
+from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment
 from fea.plastic.zone import Zone, equivalent_strain
 from geometry.arrays import Floats
 
@@ -104,11 +104,9 @@ class _Walk:
 def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
     """Repeat load cases until what happens is known.
 
-    `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, in the order in
-    which they act.
+    `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, of projected
+    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act.
     """
-    if max(zone.usage(case, zone.virgin).max(initial=0.0) for case in cases) > 1:
-        cases = [projected(zone, body, case) for case in cases]
     nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
     walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()

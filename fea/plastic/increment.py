@@ -87,8 +87,8 @@ def increment(
 ) -> FlowState:
     """Let a zone flow until it is in equilibrium with what acts.
 
-    `elastic` (n_halves, n_nodes, 3) is the displacement, mm, of the elastic body under what acts; `before` is
-    the state before. The iteration begins with its forces, or those of a `guess`. Raises
+    `elastic` (n_halves, n_nodes, 3) is the `projected` displacement, mm, of the elastic body under what acts;
+    `before` is the state before. The iteration begins with its forces, or those of a `guess`. Raises
     `NoEquilibriumError`: none is found.
     """
     return _balanced(
@@ -99,10 +99,16 @@ def increment(
 def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
     """Return a displacement (n_halves, n_nodes, 3), mm, of the elastic body, of projected volumetric strain.
 
-    It differs the less the finer the mesh. Raises `NoEquilibriumError`: the iteration does not converge.
+    Only what exceeds first yield is, so that flow begins where the elastic stress reaches the yield strength;
+    both parts are in equilibrium. Raises `NoEquilibriumError`: the iteration does not converge.
     """
-    start = at_rest(zone, body.halves)
-    return elastic + _balanced(zone, body, start, lambda _: zone.virgin, elastic).moved
+    beyond = 1 - 1 / max(1.0, float(zone.usage(elastic, zone.virgin).max(initial=0.0)))
+    if beyond == 0:
+        return elastic
+    return (
+        elastic
+        + beyond * _balanced(zone, body, at_rest(zone, body.halves), lambda _: zone.virgin, elastic).moved
+    )
 
 
 def _balanced(
@@ -114,7 +120,7 @@ def _balanced(
 ) -> FlowState:
     """Find the state in which forces balance plastic strain and projection; `flow` of a displacement."""
     forces, moved = start.forces, start.moved
-    scale = _nodal_force(zone)
+    scale = nodal_force(zone)
     tried, missed = list[Floats](), list[Floats]()
     least, reached = np.inf, 0
     for step in range(_MOST_STEPS):
@@ -145,7 +151,7 @@ def _accelerated(tried: list[Floats], missed: list[Floats]) -> Floats:
     return np.asarray(tried[-1] + step.reshape(tried[-1].shape))
 
 
-def _nodal_force(zone: Zone) -> Floats:
+def nodal_force(zone: Zone) -> Floats:
     """Force (n_nodes, 1), N, at the nodes of the zone at yield: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
     size = np.abs(zone.gradients) * np.repeat(zone.volumes, 3, axis=1)[..., None]
     of_element = (zone.strength[..., None] * size).reshape(len(size), -1, 3, size.shape[2]).sum(axis=1)

@@ -1,12 +1,12 @@
 """J2 flow without hardening at the Gauss points of the elements that may flow.
 
 Yield condition of von Mises, associated flow rule, backward Euler by the radial return (Simo & Hughes 1998,
-Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four Gauss
-points cannot do at every point (Nagtegaal, Parks & Rice 1974): loads would rise beyond the limit load, and the
-mean stress would alternate from point to point. The volumetric strain is therefore projected to a field that
-is linear in each element and continuous (Taylor & Hood 1973). Its mean over each element would do, too, but
-errs five times as much in a sphere. All of the strain is projected: if that of the elastic solution were not,
-its rest, which grows with the load and which no flow can balance, would let a body collapse too early.
+Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four
+Gauss points cannot do at every point (Nagtegaal, Parks & Rice 1974): loads would rise beyond the limit load,
+and the mean stress would alternate from point to point. The volumetric strain is therefore projected to a
+field that is linear in each element and continuous (Taylor & Hood 1973). Its mean over each element would do,
+too, but has a much larger error in a sphere. All of the strain is projected: if that of the elastic solution
+were not, its rest, which grows with the load and which no flow can balance, would let a body collapse early.
 """
 
 from collections.abc import Callable
