@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.bench import bench_cases
+from fea.analysis.cyclic_life import cyclic_life
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
@@ -70,7 +71,9 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     }
     checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
     notes = (*static.notes, *_notes(rod, followed))
-    plastic = replace(_figures(followed, multiple, bar), fatigue=_fatigue(rod, static, followed))
+    plastic = _figures(followed, multiple, bar)
+    fatigue, cyclic = _fatigue(rod, static, followed), cyclic_life(followed, static.rpm)
+    plastic = replace(plastic, fatigue=fatigue, cyclic=cyclic)
     return replace(static, checks=checks, notes=notes, plastic=plastic)
 
 

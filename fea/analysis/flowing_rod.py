@@ -162,7 +162,10 @@ class FollowedFlow:
     def node(self) -> int:
         """Node of the whole rod where most has flowed: of that element, the most stressed one."""
         stress = self.rod.nodal[self.zone.half, self.zone.element]  # decides where nothing has flowed yet
-        element = int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax())
+        return self.most_stressed(int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax()))
+
+    def most_stressed(self, element: int) -> int:
+        """Node of the whole rod that is the most stressed of an element of the zone."""
         nodes = self.rod.nodes[self.zone.half[element]][self.zone.nodes[self.zone.corners[element]]]
         return int(nodes[self.rod.worst[nodes].argmax()])
 
