@@ -1,6 +1,6 @@
 """What yielding leads to: whether a rod that flows settles, and up to which multiple of its loads."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
 from fea.base.checks import check
 from fea.base.choices import SolverName
 from fea.base.material import PEENING
-from fea.base.note import Note, assumptions, doubt, omission
+from fea.base.note import Note, assumptions, doubt, omission, remark
 from fea.base.units import DEG, UM
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
@@ -40,14 +40,16 @@ _HALVINGS = 3
 _INSTANTS, _APART, _NEAR = 12, 5 * DEG, 0.9
 
 
-def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+def with_flow(
+    rod: PreparedRod, static: SpeedResult, coarser: Mapping[float | None, PlasticAnswer | None] | None = None
+) -> SpeedResult:
     """Follow the flow of a rod over its load cases, with a cycle over its worst instants, too.
 
-    Nothing is done where nothing yields. The yield strength comes first: what does not settle there does not
-    with a smaller one, so that the cyclic yield strength is followed only where it does.
+    Nothing is done where nothing yields. `coarser`: by speed, what `answer_of` gave on the mesh before. A rod
+    shakes down only if it does so on both meshes.
     """
-    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
-    if not acting or max(case.worst.value for case in acting) <= 1:
+    acting = _yielding(static)
+    if not acting:
         return static
     if why := _left_out(rod):
         return replace(static, notes=(*static.notes, omission(FLOW, why)))
@@ -57,13 +59,14 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         if flowing.nodal.max() <= strength:
             why = "what yields lies beside places where the exact stress is infinite"
             return replace(static, notes=(*static.notes, omission(FLOW, why)))
-        followed = flowing.follow(strength)
-        if followed.settles and material.flow_strength < strength:
-            followed = flowing.follow(material.flow_strength)
-        flow = followed.flow
+        followed = _at_strengths(flowing)
+        before, flow = (coarser or {}).get(static.rpm), followed.flow
+        differs = followed.settles and before not in {None, PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
         # What whole sections carry is balanced better than the peaks that the bar belongs to.
         bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
         multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
+        if differs:  # all that is sure is that nothing flows below first yield
+            bar = max(bar, 100 * (multiple * float(flowing.nodal.max()) / material.flow_strength - 1))
     values = {
         "plastic_equilibrium": flow.unbalanced,
         "plastic_yield": max(0.0, flow.beyond_yield),
@@ -71,10 +74,43 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     }
     checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
     notes = (*static.notes, *_notes(rod, followed))
+    if differs:
+        what = f"on the mesh before, {before}; {followed.flow.answer} on this one: a finer mesh may decide"
+        notes, followed = (*notes, doubt(what, FLOW)), followed.undecided
+    elif followed.settles and before is None:
+        notes = (*notes, remark("it settles on this mesh, and was not followed on a coarser one", FLOW))
     plastic = _figures(followed, multiple, bar)
     fatigue, cyclic = _fatigue(rod, static, followed), cyclic_life(followed, static.rpm)
     plastic = replace(plastic, fatigue=fatigue, cyclic=cyclic)
     return replace(static, checks=checks, notes=notes, plastic=plastic)
+
+
+def answer_of(rod: PreparedRod, static: SpeedResult) -> PlasticAnswer | None:
+    """Say what flow leads to on a mesh; None where nothing yields, or where flow is not followed."""
+    if not (acting := _yielding(static)) or _left_out(rod):
+        return None
+    with rod.clock("plastic flow"):
+        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        yields = flowing.nodal.max() > rod.materials[0].yield_strength
+        return _at_strengths(flowing).flow.answer if yields else None
+
+
+def _yielding(static: SpeedResult) -> list[CaseResult]:
+    """Load cases with forces, if anything yields under one of them."""
+    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
+    return acting if max((case.worst.value for case in acting), default=0.0) > 1 else []
+
+
+def _at_strengths(flowing: FlowingRod) -> FollowedFlow:
+    """Follow a rod at its yield strength, and at the cyclic one if it is smaller and the rod settles.
+
+    What does not settle at the yield strength does not at a smaller one.
+    """
+    material = flowing.rod.materials[0]
+    followed = flowing.follow(material.yield_strength)
+    if followed.settles and material.flow_strength < material.yield_strength:
+        return flowing.follow(material.flow_strength)
+    return followed
 
 
 def _loads(

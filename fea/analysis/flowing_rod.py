@@ -103,8 +103,7 @@ class FlowingRod:
         if found.flow.answer is not PlasticAnswer.COLLAPSES:
             return found
         bare = self.followed(strength, multiple, most_turns)
-        unknown = replace(bare.flow, answer=PlasticAnswer.UNDECIDED)
-        return replace(bare, flow=unknown) if bare.settles else bare
+        return bare.undecided if bare.settles else bare
 
     def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
         """Do so with the loads as they are, times a scale."""
@@ -122,7 +121,7 @@ class FlowingRod:
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
                 return FollowedFlow(self, zone, flow, moved)
             may_flow |= missed
-        return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
+        return FollowedFlow(self, zone, flow, moved).undecided
 
     @cached_property
     def _every(self) -> Zone:
@@ -151,6 +150,11 @@ class FollowedFlow:
     def settles(self) -> bool:
         """Whether nothing flows any more."""
         return self.flow.answer in {PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
+
+    @property
+    def undecided(self) -> "FollowedFlow":
+        """The same, but what it leads to is not known."""
+        return replace(self, flow=replace(self.flow, answer=PlasticAnswer.UNDECIDED))
 
     @property
     def elements(self) -> int:
