@@ -20,7 +20,7 @@ _MEMORY, _MOST_STEPS = 12, 400
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
 # Largest force out of balance, relative to what an element at yield exerts on the same node.
-BALANCED = 1e-3
+BALANCED = 3e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.
 _LARGEST_STRAIN = 0.1
 # Solves for forces (n, k) of one parity, which must vanish where the mask (n,) is True.
