@@ -100,15 +100,16 @@ def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
     """Return a displacement (n_halves, n_nodes, 3), mm, of the elastic body, of projected volumetric strain.
 
     Only what exceeds first yield is, so that flow begins where the elastic stress reaches the yield strength;
-    both parts are in equilibrium. Raises `NoEquilibriumError`: the iteration does not converge.
+    both parts are in equilibrium. Where the iteration does not converge, nothing is projected.
     """
     beyond = 1 - 1 / max(1.0, float(zone.usage(elastic, zone.virgin).max(initial=0.0)))
     if beyond == 0:
         return elastic
-    return (
-        elastic
-        + beyond * _balanced(zone, body, at_rest(zone, body.halves), lambda _: zone.virgin, elastic).moved
-    )
+    try:
+        found = _balanced(zone, body, at_rest(zone, body.halves), lambda _: zone.virgin, elastic)
+    except NoEquilibriumError:
+        return elastic
+    return elastic + beyond * found.moved
 
 
 def _balanced(
