@@ -10,15 +10,24 @@ from fea.plastic.cycling import PlasticAnswer
 from fea.rod.loading import EngineLoading
 
 
+def needs_cyclic_strength(followed: FollowedFlow) -> bool:
+    """Whether the strain range of a rod is that of a cyclic yield strength at which it was not followed yet."""
+    smaller = followed.rod.rod.materials[0].flow_strength < followed.zone.strength[0, 0]
+    return bool(smaller and followed.flow.answer is PlasticAnswer.CYCLIC)
+
+
 def cyclic_life(followed: FollowedFlow, rpm: float | None) -> CyclicFigures | None:
     """Return the range of strain of a turn and the turns to a crack; None where flow is not cyclic.
 
-    The range is that of the smaller of yield and cyclic yield strength, at which the rod is followed again if
-    need be; None, too, if it does not only flow to and fro there. Life follows from the strain amplitude and
+    The range is that of the smaller of yield and cyclic yield strength. None, too, if the rod does not only
+    flow to and fro there, or if it
+    has yet to be followed there and the run is without a cycle: most of the rod may flow, which takes long. Life follows from the strain amplitude and
     the strength, which both ends of the turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
     """
     flowing, (material, *_) = followed.rod, followed.rod.rod.materials
-    if followed.flow.answer is PlasticAnswer.CYCLIC and material.flow_strength < followed.zone.strength[0, 0]:
+    if needs_cyclic_strength(followed):
+        if not flowing.rod.options.cycle:
+            return None
         followed = flowing.follow(material.flow_strength)
     if followed.flow.answer is not PlasticAnswer.CYCLIC:
         return None

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.bench import bench_cases
-from fea.analysis.cyclic_life import cyclic_life
+from fea.analysis.cyclic_life import cyclic_life, needs_cyclic_strength
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
@@ -22,7 +22,7 @@ from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import peak
-from fea.plastic.cycling import MOST_TURNS, PlasticAnswer
+from fea.plastic.cycling import PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
 
@@ -92,6 +92,8 @@ def answer_of(rod: PreparedRod, static: SpeedResult) -> PlasticAnswer | None:
     with rod.clock("plastic flow"):
         flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
         yields = flowing.nodal.max() > rod.materials[0].yield_strength
+        if yields and flowing.reversing(rod.materials[0].flow_strength) < 1:
+            return PlasticAnswer.CYCLIC  # it never ends, which is all that matters here
         return _at_strengths(flowing).flow.answer if yields else None
 
 
@@ -234,7 +236,9 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
         ),
     )
     if followed.flow.answer is PlasticAnswer.UNDECIDED:
-        yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
+        yield doubt(f"what flows did not settle within {followed.flow.turns} turns", FLOW)
+    if needs_cyclic_strength(followed) and not rod.options.cycle:
+        yield omission("life of what flows to and fro", "it is followed at the cyclic strength with --cycle")
 
 
 def _left_out(rod: PreparedRod) -> str:

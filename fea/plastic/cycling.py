@@ -18,6 +18,8 @@ from fea.plastic.zone import Zone, equivalent_strain
 from geometry.arrays import Floats
 
 MOST_TURNS = 60
+# Steps of iterations after which no other turn is begun.
+_MOST_STEPS = 1000
 # Excess over the yield strength that counts as none.
 YIELD_TOLERANCE = 1e-4
 # Load steps are divided until none exceeds the yield strength by more than this share of it.
@@ -120,7 +122,7 @@ class _Walk:
 
 
 def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
-    """Repeat load cases until what happens is known.
+    """Repeat load cases until what happens is known, or until that takes too long.
 
     `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, of projected
     volumetric strain (`fea.plastic.increment.projected`), in the order in which they act.
@@ -140,7 +142,7 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
         else:
             net = equivalent_strain(walk.state.plastic - before)
             history.append((float(walk.path.max()), float(net.max())))
-            answer = _settled(history, most_turns)
+            answer = _settled(history, len(history) if body.steps > _MOST_STEPS else most_turns)
     return Flow(
         answer,
         walk.state,

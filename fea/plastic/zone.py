@@ -80,7 +80,7 @@ class Zone:
 
         Of displacements (n_halves, n_nodes, 3), mm.
         """
-        slope = (self.gradients @ u[self.half[:, None], self.corners]).reshape(*self.volumes.shape, 3, 3)
+        slope = (self._slopes @ u.reshape(-1, 3)[: self._slopes.shape[1]]).reshape(*self.volumes.shape, 3, 3)
         strain = np.stack([(slope[..., i, j] + slope[..., j, i]) / 2 for i, j in COMPONENTS], axis=-1)
         volumetric = strain[..., :3].sum(axis=-1)
         strain[..., :3] -= volumetric[..., None] / 3
@@ -121,36 +121,36 @@ class Zone:
         """Von Mises stress over yield strength (n_elements, n_points)."""
         return von_mises(self.trial(u, plastic)) / self.strength
 
-    def returned(self, u: Floats, plastic: Floats) -> Floats:
-        """Plastic strain after the radial return at displacements, from that before."""
-        trial = self.trial(u, plastic)
+    def returned(self, deviatoric: Floats, plastic: Floats) -> Floats:
+        """Plastic strain after the radial return at a deviatoric strain, from that before."""
+        trial = 2 * self.shear[..., None] * (deviatoric - plastic)
         beyond = 1 - self.strength / np.maximum(von_mises(trial), self.strength)
         return np.asarray(plastic + beyond[..., None] * trial / (2 * self.shear[..., None]))
 
-    def initial_forces(self, u: Floats, plastic: Floats) -> Floats:
+    def initial_forces(self, volumetric: Floats, plastic: Floats, n_halves: int) -> Floats:
         """Forces (n_halves, n_nodes, 3), N, that act on the elastic body like the plastic strain.
 
-        They contain what the projection of the volumetric strain of displacements `u` takes away.
+        They contain what the projection of the volumetric strain takes away.
         """
-        volumetric = self.strain(u)[1]
         initial = 2 * self.shear[..., None] * plastic
         initial[..., :3] += (self.bulk * (volumetric - self.smooth(volumetric)))[..., None]
-        return self.forces(initial, len(u))
+        return self.forces(initial, n_halves)
 
     def forces(self, stress: Floats, n_halves: int) -> Floats:
         """Nodal forces (n_halves, n_nodes, 3), N, of a stress (n_elements, n_points, 6): ∫ ∇N · σ dV."""
-        tensor = matrices(stress * self.volumes[..., None]).reshape(len(self.element), -1, 3)
-        of_element = self.gradients.swapaxes(1, 2) @ tensor
-        return np.asarray((self._sum @ of_element.reshape(-1, 3))[: n_halves * len(self.nodes)]).reshape(
-            n_halves, -1, 3
-        )
+        tensor = matrices(stress * self.volumes[..., None]).reshape(-1, 3)
+        found = np.zeros((n_halves * len(self.nodes), 3))
+        found[: self._slopes.shape[1]] = self._slopes.T @ tensor
+        return found.reshape(n_halves, -1, 3)
 
     @cached_property
-    def _sum(self) -> sparse.csr_array:
-        """Sums over elements (2 n_nodes, n_elements n_local), of either half."""
-        place = (self.half[:, None] * len(self.nodes) + self.corners).ravel()
-        entries = np.ones(place.size), (place, np.arange(place.size))
-        return sparse.csr_array(sparse.coo_array(entries, shape=(2 * len(self.nodes), place.size)))
+    def _slopes(self) -> sparse.csr_array:
+        """Gradients, by element, point and axis, of fields that are given at the nodes, half by half."""
+        place = self.half[:, None, None] * len(self.nodes) + self.corners[:, None]
+        columns = np.broadcast_to(place, self.gradients.shape).ravel()
+        starts = np.arange(0, columns.size + 1, self.corners.shape[1])
+        width = (1 + self.half.max(initial=0)) * len(self.nodes)
+        return sparse.csr_array((self.gradients.ravel(), columns, starts), shape=(len(starts) - 1, width))
 
     def dissipation(self, stress: Floats, flow: Floats) -> float:
         """Work, mJ, of a stress on an increment of plastic strain, both (n_elements, n_points, 6)."""
