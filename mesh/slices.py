@@ -54,13 +54,13 @@ class Slice:
 
 def cut(mesh: TetMesh, station: float) -> Slice:
     """Cut at x = `station`, mm; second-order elements as eight straight ones. `ValueError`: it is outside."""
-    (section,) = _cuts(mesh, [station])
+    (section,) = cuts(mesh, [station])
     return section
 
 
 def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[CrossSection, ...]:
     """Sections at x = each station, mm; a `ValueError` where the plane misses the mesh."""
-    return tuple(slice_.section() for slice_ in _cuts(mesh, stations))
+    return tuple(slice_.section() for slice_ in cuts(mesh, stations))
 
 
 def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> CrossSection:
@@ -68,7 +68,8 @@ def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> C
     return min(sections(mesh, np.linspace(low, high, count)), key=lambda section: section.area)
 
 
-def _cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
+def cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
+    """Cut at x = each station, mm, as `cut` does."""
     x = mesh.points[mesh.tets, 0]
     first, last = x.min(axis=1), x.max(axis=1)
     for station in map(float, stations):

@@ -4,14 +4,14 @@ import numpy as np
 
 from fea.analysis.flowing_rod import FollowedFlow
 from fea.analysis.summary_figures import CyclicFigures
-from fea.judge.cycle_life import line_at
+from fea.judge.cycle_life import life_line
 from fea.judge.low_cycle import StrainLine
 from fea.plastic.cycling import PlasticAnswer
 from fea.rod.loading import EngineLoading
 
 
 def needs_cyclic_strength(followed: FollowedFlow) -> bool:
-    """Whether the strain range of a rod is that of a cyclic yield strength at which it was not followed yet."""
+    """Whether a rod has yet to be followed at the cyclic yield strength, which decides its strain range."""
     smaller = followed.rod.rod.materials[0].flow_strength < followed.zone.strength[0, 0]
     return bool(smaller and followed.flow.answer is PlasticAnswer.CYCLIC)
 
@@ -20,9 +20,9 @@ def cyclic_life(followed: FollowedFlow, rpm: float | None) -> CyclicFigures | No
     """Return the range of strain of a turn and the turns to a crack; None where flow is not cyclic.
 
     The range is that of the smaller of yield and cyclic yield strength. None, too, if the rod does not only
-    flow to and fro there, or if it
-    has yet to be followed there and the run is without a cycle: most of the rod may flow, which takes long. Life follows from the strain amplitude and
-    the strength, which both ends of the turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
+    flow to and fro there, or has yet to be followed there in a run without a cycle: many elements may flow
+    then, which takes long. Life follows from the strain amplitude and the strength, which both ends of the
+    turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
     """
     flowing, (material, *_) = followed.rod, followed.rod.rod.materials
     if needs_cyclic_strength(followed):
@@ -35,7 +35,7 @@ def cyclic_life(followed: FollowedFlow, rpm: float | None) -> CyclicFigures | No
     strength, ranges = float(zone.strength[0, 0]), followed.flow.strain_range(zone)
     element = int(np.unravel_index(ranges.argmax(), ranges.shape)[0])
     surface = rod.regions.factor(followed.most_stressed(element), material)
-    (_, line), turns, strain = line_at(material, surface), None, None
+    line, turns, strain = life_line(material, surface), None, None
     if line is not None:
         strain = StrainLine.of(material, float(line.knee), surface)
     if strain is not None:

@@ -6,23 +6,25 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.bench import bench_cases
+from fea.analysis.collapse import bending_figures, overload_table
 from fea.analysis.cyclic_life import cyclic_life, needs_cyclic_strength
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import PlasticFigures, SettledFatigueFigures
 from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
-from fea.base.checks import check
+from fea.base.checks import Check, check
 from fea.base.choices import SolverName
 from fea.base.material import PEENING
 from fea.base.note import Note, assumptions, doubt, omission, remark
-from fea.base.units import DEG, UM
+from fea.base.units import DEG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import peak
-from fea.plastic.cycling import PlasticAnswer
+from fea.plastic.cycling import Flow, PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
 
@@ -51,7 +53,7 @@ def with_flow(
     acting = _yielding(static)
     if not acting:
         return static
-    if why := _left_out(rod):
+    if why := left_out(rod):
         return replace(static, notes=(*static.notes, omission(FLOW, why)))
     material, strength = rod.materials[0], rod.materials[0].yield_strength
     with rod.clock("plastic flow"):
@@ -67,27 +69,39 @@ def with_flow(
         multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
         if differs:  # all that is sure is that nothing flows below first yield
             bar = max(bar, 100 * (multiple * float(flowing.nodal.max()) / material.flow_strength - 1))
+        bending, notes = bending_figures(rod, static.loads.cases), (*static.notes, *_notes(rod, followed))
+        if differs:
+            what = (
+                f"on the mesh before, {before}; {followed.flow.answer} on this one: a finer mesh may decide"
+            )
+            notes, followed = (*notes, doubt(what, FLOW)), followed.undecided
+        elif followed.settles and before is None:
+            notes = (*notes, remark("it settles on this mesh, and was not followed on a coarser one", FLOW))
+        plastic = replace(
+            _figures(followed, multiple, bar),
+            fatigue=_fatigue(rod, static, followed),
+            cyclic=cyclic_life(followed, static.rpm),
+            bending=bending,
+            collapse_factor=None if bending is None else bending.limit_N / bending.force_N,
+        )
+    checks = {**static.checks, **flow_checks(flow, static.checks)}
+    return replace(static, checks=checks, notes=notes, plastic=plastic, flows={"plastic": followed})
+
+
+def flow_checks(flow: Flow, before: Mapping[str, Check]) -> dict[str, Check]:
+    """Return the checks of a flow; of those that another flow had before, the worse."""
     values = {
         "plastic_equilibrium": flow.unbalanced,
         "plastic_yield": max(0.0, flow.beyond_yield),
         "plastic_dissipation": max(0.0, -flow.least_dissipation),
     }
-    checks = {**static.checks, **{name: check(name, value) for name, value in values.items()}}
-    notes = (*static.notes, *_notes(rod, followed))
-    if differs:
-        what = f"on the mesh before, {before}; {followed.flow.answer} on this one: a finer mesh may decide"
-        notes, followed = (*notes, doubt(what, FLOW)), followed.undecided
-    elif followed.settles and before is None:
-        notes = (*notes, remark("it settles on this mesh, and was not followed on a coarser one", FLOW))
-    plastic = _figures(followed, multiple, bar)
-    fatigue, cyclic = _fatigue(rod, static, followed), cyclic_life(followed, static.rpm)
-    plastic = replace(plastic, fatigue=fatigue, cyclic=cyclic)
-    return replace(static, checks=checks, notes=notes, plastic=plastic)
+    had = {name: each.value for name, each in before.items()}
+    return {name: check(name, max(value, had.get(name, 0.0))) for name, value in values.items()}
 
 
 def answer_of(rod: PreparedRod, static: SpeedResult) -> PlasticAnswer | None:
     """Say what flow leads to on a mesh; None where nothing yields, or where flow is not followed."""
-    if not (acting := _yielding(static)) or _left_out(rod):
+    if not (acting := _yielding(static)) or left_out(rod):
         return None
     with rod.clock("plastic flow"):
         flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
@@ -165,6 +179,10 @@ def _settling(followed: FollowedFlow, strength: float, sure: float, least: float
 
 def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigures:
     flow, rod, mesh = followed.flow, followed.rod, followed.rod.rod.mesh
+    left, limits = (
+        permanent_set(mesh.whole, mesh.bores.rod_length, followed.whole),
+        overload_table(rod.rod).limits,
+    )
     names, where = list(rod.loads), place_name(mesh, followed.node)
     case = names[flow.cases[0]] if flow.cases else ""
     named = {"mode": _MODES.get(flow.answer, LASTING_FLOW), "place": where}
@@ -178,7 +196,8 @@ def _figures(followed: FollowedFlow, multiple: float, bar: float) -> PlasticFigu
         turns=flow.turns,
         cases=tuple(names[number] for number in flow.cases),
         residual_MPa=followed.residual,
-        set_um={"length": followed.lengthening / UM},
+        set_um=left,
+        set_judged=None if flow.answer is PlasticAnswer.COLLAPSES else judged(left, limits),
         strength_MPa=float(followed.zone.strength[0, 0]),
         settling_factor=SafetyFactor.of_stress(multiple, bar, instant=case, **named),
     )
@@ -226,7 +245,7 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
     strength, key = "the yield strength in repeated loading, too", "material.cyclic_yield_MPa"
     if material.cyclic_estimated and material.cyclic_yield is not None:
         strength = f"{material.cyclic_yield:.0f} MPa as cyclic yield strength"
-        key += "; uniform material law, Bäumel & Seeger 1990, quoted from memory"
+        key += "; uniform material law, Bäumel & Seeger 1990"
     yield from assumptions(
         FLOW,
         (
@@ -241,7 +260,7 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
         yield omission("life of what flows to and fro", "it is followed at the cyclic strength with --cycle")
 
 
-def _left_out(rod: PreparedRod) -> str:
+def left_out(rod: PreparedRod) -> str:
     """Why the flow of a rod is not followed, as a rule; empty where it can be."""
     reasons = {
         "not asked for (elastic)": rod.options.elastic,

@@ -1,6 +1,6 @@
 """Plastic flow of a rod under loads that follow one another, turn by turn."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -11,12 +11,11 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
 from fea.plastic.increment import ElasticBody, projected
-from fea.plastic.zone import Zone
+from fea.plastic.zone import Zone, equivalent_strain
+from fea.solid.element import mean_at_nodes
 from fea.solid.parity import Parity
-from fea.solid.stress import principal
-from fea.solid.supports import bore_mean
+from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Ints, Mask
-from geometry.surfaces import Surface
 
 # Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
 _NEAR = 0.85
@@ -108,7 +107,7 @@ class FlowingRod:
     def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
         """Do so with the loads as they are, times a scale."""
         loads = [scale * u for u in self.displacements]
-        may_flow = self.nodal * scale > _NEAR * strength
+        may_flow = self.nodal >= min(_NEAR * strength / scale, float(self.nodal.max()))
         parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
         solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
         for _ in range(_GROWTHS):
@@ -116,7 +115,10 @@ class FlowingRod:
             body = ElasticBody(zone, solvers)
             acting = [projected(zone, body, u[:, zone.nodes]) for u in loads]
             flow = cycled(zone, body, acting, most_turns)
-            moved = body.everywhere(flow.state.forces)
+            state = flow.state
+            # Of what has flowed, and not of the forces that balance it within a tolerance: small sets count.
+            forces = zone.initial_forces(zone.strain(state.moved)[1], state.plastic, body.halves)
+            moved = body.everywhere(forces)
             missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
                 return FollowedFlow(self, zone, flow, moved)
@@ -124,13 +126,13 @@ class FlowingRod:
         return FollowedFlow(self, zone, flow, moved).undecided
 
     @cached_property
-    def _every(self) -> Zone:
+    def every(self) -> Zone:
         """All elements of one half."""
         return self._zone(np.ones((1, len(self.rod.mesh.cell.tets)), dtype=bool))
 
     def _beyond(self, strength: float, displacements: Sequence[Floats]) -> Mask:
         """Elements (n_halves, n_elements) that yield under any of these, where nothing has flowed."""
-        zone = self._every
+        zone = self.every
         stress = [
             [zone.usage(u[[half]], zone.virgin).max(axis=1) for half in range(len(u))] for u in displacements
         ]
@@ -155,6 +157,11 @@ class FollowedFlow:
     def undecided(self) -> "FollowedFlow":
         """The same, but what it leads to is not known."""
         return replace(self, flow=replace(self.flow, answer=PlasticAnswer.UNDECIDED))
+
+    @property
+    def ends_with_flow(self) -> bool:
+        """Whether it has flowed and is in equilibrium."""
+        return bool(self.flow.strain.any()) and self.flow.answer is not PlasticAnswer.COLLAPSES
 
     @property
     def elements(self) -> int:
@@ -202,12 +209,34 @@ class FollowedFlow:
         own = found[(whole.sign[:, 1] < 0).astype(int) % len(found), whole.source]
         return np.where(np.isfinite(own), own, 0.0), np.isfinite(own)
 
+    def unfolded(self, extend: Callable[[Floats, Floats | None], Floats], halves: Floats) -> Floats:
+        """Extend a field of both halves, which stand on the cell, to the whole rod: see `MirroredMesh`."""
+        own, image = halves[0], halves[-1]
+        return extend((own + image) / 2, None if len(halves) == 1 else (own - image) / 2)
+
     @property
-    def lengthening(self) -> float:
-        """By how much the bores are further apart without load, mm."""
-        cell = self.rod.rod.mesh.cell
-        small, big = (
-            np.mean([bore_mean(cell, bore, half)[0] for half in self.moved])
-            for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE)
-        )
-        return float(small - big)
+    def whole(self) -> Floats:
+        """What of the displacement (n_nodes, 3) of the whole rod is left without load, mm."""
+        return self.unfolded(self.rod.rod.mesh.mirrored.vector, self.moved)
+
+    @property
+    def left(self) -> dict[str, Floats]:
+        """Nodal arrays of the whole rod without load: displacement, mm, stress, MPa, and plastic strain.
+
+        Stress and strain of the Gauss points are extrapolated linearly, and the mean over the elements.
+        """
+        rod, state, whole = self.rod, self.flow.state, self.rod.rod.mesh.mirrored
+        every, cell = rod.every, rod.rod.mesh.cell
+        values = np.zeros((len(self.moved), len(cell.points), 7))
+        for half in range(len(self.moved)):
+            plastic, own = every.virgin, self.zone.half == half
+            plastic[self.zone.element[own]] = state.plastic[own]
+            moved = self.moved[[half]]
+            stress = every.stress(0 * moved, moved, plastic)
+            points = np.concatenate([stress, equivalent_strain(plastic)[..., None]], axis=-1)
+            values[half] = mean_at_nodes(cell, points)
+        stress = self.unfolded(whole.tensor, values[..., :6])
+        strain = self.unfolded(whole.scalar, np.maximum(values[..., 6], 0.0))
+        arrays = {"permanent_displacement": self.whole, "plastic_strain_percent": 100 * strain}
+        numbered = {f"principal_{number}": each for number, each in enumerate(principal(stress).T, 1)}
+        return {**arrays, "stress": stress, "von_mises": von_mises(stress), **numbered}

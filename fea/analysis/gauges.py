@@ -4,8 +4,8 @@ It is that of the recovered stress, ε = ((1 + ν) t·σ·t − ν tr σ)/E alon
 of which is put on the free surface.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from fea.study.gauge_table import GaugeTable
 from geometry.arrays import Floats, Ints, vector
 from geometry.errors import require
 from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
 
 FARTHEST, _ALONG = 5.0, 0.1  # mm from the surface; least part of a direction that must lie in it
@@ -44,7 +46,7 @@ class Gauge:
     @classmethod
     def of(cls, table: GaugeTable, name: str, mesh: TetMesh, materials: Sequence[Material]) -> "Gauge":
         """Put a gauge on the whole rod. Raises `InvalidValue`: far from the surface, or normal to it."""
-        middle, plane, facet, _ = _foot(mesh, np.array(table.at_mm))
+        middle, plane, facet, _ = foot(mesh, np.array(table.at_mm))
         away, at = float(np.linalg.norm(middle - table.at_mm)), np.round(middle, 2).tolist()
         rule = f"is {away:.3g} mm from the free surface of the rod, and at most {FARTHEST:g} mm are allowed"
         require(away <= FARTHEST, f"[[gauge]] {name}: at_mm", list(table.at_mm), rule, f"Near it is {at}.")
@@ -57,7 +59,7 @@ class Gauge:
         E, nu = materials[part].youngs_modulus, materials[part].poissons_ratio
         parts = list[tuple[Ints, Floats, Floats]]()
         for at, weight in zip(_POINTS * table.length_mm / 2, _WEIGHTS / 2, strict=True):
-            _, plane, facet, shapes = _foot(mesh, middle + at * along)
+            _, plane, facet, shapes = foot(mesh, middle + at * along)
             x, y, z = plane @ along / np.linalg.norm(plane @ along)
             dyad = np.array([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * x * z])
             parts.append(
@@ -68,20 +70,40 @@ class Gauge:
 
     def figures(self, cases: Sequence[CaseResult], history: Floats | None) -> GaugeFigures:
         """Return the strain in load cases; `InvalidValue`: not as many were measured as there are cases."""
-        names, given = [str(case.load.name) for case in cases], self.table.measured
-        name, rule = f"[[gauge]] {self.name}: measured", f"must have a value for each of {', '.join(names)}"
-        require(given is None or len(given) == len(names), name, list(given or ()), rule)
-        measured: Sequence[float | None] = given or [None] * len(names)
         strains = {
-            name: GaugeCaseFigures(
+            str(case.load.name): GaugeCaseFigures(
                 strain_um_m=float((self.strain * case.stress[self.nodes]).sum()),
                 error_um_m=float(self.error @ case.von_mises_error[self.nodes]),
-                measured_um_m=strain,
             )
-            for name, case, strain in zip(names, cases, measured, strict=True)
+            for case in cases
+        }
+        return self._beside_measured(strains, history)
+
+    def superposed(
+        self, analysis: CycleAnalysis, cases: Sequence[Instants], cycle: CrankCycle
+    ) -> GaugeFigures:
+        """Return the same from unit solutions alone, without the error of the mesh."""
+        strains = self.history(analysis, analysis.basis.weights(joined(cases)))
+        found = {
+            str(case.name): GaugeCaseFigures(strain_um_m=strain, error_um_m=None)
+            for case, strain in zip(cases, strains.tolist(), strict=True)
+        }
+        every = self.history(analysis, analysis.basis.weights(cycle.degrees, cycle))
+        return self._beside_measured(found, every)
+
+    def _beside_measured(
+        self, strains: Mapping[str, GaugeCaseFigures], history: Floats | None
+    ) -> GaugeFigures:
+        given = self.table.measured
+        name, rule = f"[[gauge]] {self.name}: measured", f"must have a value for each of {', '.join(strains)}"
+        require(given is None or len(given) == len(strains), name, list(given or ()), rule)
+        measured: Sequence[float | None] = given or [None] * len(strains)
+        cases = {
+            case: replace(found, measured_um_m=strain)
+            for (case, found), strain in zip(strains.items(), measured, strict=True)
         }
         every = None if history is None else tuple(history.tolist())
-        return GaugeFigures(name=self.name, at_mm=vector(self.place), cases=strains, history_um_m=every)
+        return GaugeFigures(name=self.name, at_mm=vector(self.place), cases=cases, history_um_m=every)
 
     def history(self, analysis: CycleAnalysis, weights: Weights) -> Floats:
         """Return the strain (n_instants,) over a cycle, µm/m, from the weights of its unit solutions."""
@@ -90,9 +112,9 @@ class Gauge:
         return np.asarray(np.einsum("nc,nct->t", self.strain, np.stack([spot.stress for spot in found])))
 
 
-def _foot(mesh: TetMesh, place: Floats) -> tuple[Floats, Floats, Ints, Floats]:
-    """Nearest place (3,) on the free surface, projector on it, nodes of its facet, their shape functions."""
-    facets = mesh.facets[Surface.FREE]
+def foot(mesh: TetMesh, place: Floats, facets: Ints | None = None) -> tuple[Floats, Floats, Ints, Floats]:
+    """Nearest place (3,) on facets (default: free ones), projector, nodes of its facet, their shapes."""
+    facets = mesh.facets[Surface.FREE] if facets is None else facets
     away = np.linalg.norm(mesh.points[facets[:, :3]].mean(axis=1) - place, axis=1)
     near = facets[np.argsort(away)[:_NEAR]]
     shapes, slopes = shape_functions(facets.shape[1], _PLACES)

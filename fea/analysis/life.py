@@ -3,7 +3,8 @@
 Every node gets the damage of its largest range at each speed. Where one range dominates, that is nearly all:
 by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
 revolutions of a four-stroke cycle count alike. So every range of the histories is counted at the nodes of
-the largest damage, and the worst of those is the rod's.
+the largest damage, and the worst of those is the rod's. Pressure differs from cycle to cycle: there the mean
+damage of the cycles counts, and the tail for `endless`.
 
 A log has the order of the speeds too. Of each stay at a speed and load, one cycle of the crank is taken out:
 the highest and lowest stresses of all stays are a history of their own, with cycles between speeds.
@@ -16,19 +17,27 @@ import numpy as np
 
 from fea.analysis.cycle.basis import joined
 from fea.analysis.cycle.envelope import carried
+from fea.analysis.cycle.operation import (
+    CountedCycles,
+    Entry,
+    JudgedNodes,
+    Operation,
+    every_cycle,
+    gas_along_rod,
+)
 from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.life_figures import DutyFigures, LifeFigures, LogFigures
+from fea.analysis.scatter import UNFIRED
 from fea.base.note import Note, assumptions, doubt, omission, remark, warning
-from fea.judge.cycle_life import band_of, with_line
+from fea.judge.cycle_life import band_of, life_line
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
-from fea.judge.rainflow import cycle_ends, rainflow
-from fea.pins.model import Weights
+from fea.judge.verdict import CAP
 from fea.rod.loading import DutyLoads
 from fea.study.duty_log import DutyLog
 from fea.study.speed_tables import DutyTable
-from geometry.arrays import Floats, Ints, Mask, vector
+from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties
 
 # What the band is of.
@@ -39,9 +48,7 @@ _OF_ASSUMED = "strengths a standard deviation of such estimates below and above 
 COUNTED, LEAST = 16, 0.2
 # Ranges of at least this part of the largest are made exact: smaller ones hardly damage.
 _EXACT = 0.7
-CRITICAL_DAMAGE = (
-    0.3  # Miner's sum at failure under varying amplitudes, beside 1 (FKM guideline; from memory)
-)
+CRITICAL_DAMAGE = 0.3  # Miner's sum at failure by varying amplitudes, beside 1 (FKM guideline; from memory)
 _NOT_JUDGED = -1.0
 _LIFE = "life"
 _ASSUMED_LINE = (
@@ -52,8 +59,6 @@ _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
 )
-# Weights, of all unit loads or of the unit solutions, over the cycle of each entry of a duty; cycles an hour.
-_Entries = Sequence[tuple[Weights, float]]
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,8 @@ class Life:
     #: (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures
     damage: Floats | None = None
     log: Mapping[str, Floats] | None = None  #: columns of ``log.csv``, where the duty is a log
+    operation: Operation | None = None  #: the cycles of the duty; None as the figures, like the next
+    nodes: JudgedNodes | None = None
 
     def point_data(self) -> dict[str, Floats]:
         """Return the array of the envelope's VTU file: 0 without damage, −1 where it is not judged."""
@@ -81,45 +88,37 @@ class WorstLife:
     node: int
     part: int
     line: LifeLine  #: its S–N line
-    #: amplitude, rate, entry: (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number
-    #: per hour, and entry of the duty
-    amplitude: Floats
-    rate: Floats
-    entry: Ints
-    between: Mask  #: (n_cycles,) whether a cycle begins in another bin of a log than the entry
+    amplitude: Floats  #: (n_cycles,) fully reversed, MPa, of the cycles counted there
+    cycles: CountedCycles
 
     def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
         """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
         line = self.line.stronger(strength)
-        return np.asarray(line.damage(stress * self.amplitude[:, None], self.rate)[:, 0])
+        return np.asarray(line.damage(stress * self.amplitude[:, None], self.cycles.rate)[:, 0])
 
 
-def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Life:
+def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads, scatter: float = 0.0) -> Life:
     """Return the life of a rod over a duty.
 
-    Parts without an S–N line, or without the strengths that the mean-stress correction needs, are left out.
-    Where nothing is damaged, the worst place is the one nearest to its endurance limit. Raises
-    `InvalidValue`: the S–N line of a material does not fit its endurance limit.
+    `scatter`: of the gas load from cycle to cycle. Parts without an S–N line, or without the strengths that
+    the mean-stress correction needs, are left out. Where nothing is damaged, the worst place is the one
+    nearest to its endurance limit. Raises `InvalidValue`: the S–N line of a material does not fit its
+    endurance limit.
     """
     unknown = tuple(_unknown(analysis))
-    table, log, entries = duty.table, duty.table.read, []
+    table, log = duty.table, duty.table.read
     fastest = max(zip(table.entries, duty.loadings, strict=True), key=lambda own: own[0].rpm)
     analysis = analysis.supported(fastest[1].crank_cycle(mass, fastest[0].rpm))
-    for (rpm, share, *_), loading in zip(table.entries, duty.loadings, strict=True):
-        # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
-        cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
-        angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
-        full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
-        entries.append((full, share * rpm * loading.engine.cycles_per_hour))
-    spanned = _spanned(analysis, entries)
-    of_parts = {n: _of_part(analysis, spanned, n, log) for n in range(len(analysis.materials))}
+    full = Operation(analysis, tuple(_entries(analysis, mass, duty)), scatter, log)
+    operation = full.projected()
+    of_parts = {n: _of_part(operation, n) for n in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
-    damage, order, owner = _ranked(analysis, parts)
-    _make_exact(analysis, entries, [(node, int(owner[node])) for node in order])
-    spanned = _spanned(analysis, entries)
-    counted = [_counted(analysis, spanned, node, int(owner[node]), log) for node in order]
+    damage, usage, order, owner = _ranked(analysis, parts)
+    make_exact(full, [(node, int(owner[node])) for node in order])
+    operation = full.projected()
+    counted = [_counted(operation, node, int(owner[node])) for node in order]
     whole = analysis.mesh.mirrored
     image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
     for place in counted:
@@ -128,25 +127,39 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     figures, along = _figures(analysis, duty, worst), None
     known = list(_limits(table, worst, figures, singular=bool(analysis.masked.any())))
     if log is not None:
-        along = log.along(np.asarray(np.bincount(worst.entry, worst.damage(), len(log.bins)), np.float64))
+        by_bin = np.bincount(worst.cycles.entry, worst.damage(), len(log.bins))
+        along = log.along(np.asarray(by_bin, np.float64))
         figures = replace(figures, log=_of_log(log, worst, figures, along))
         known += log.notes()
-    return Life(figures, (*unknown, *known, _OMISSION), damage, along)
+    counts, regions = analysis.counts[whole.source], analysis.regions.at(whole.source)
+    nodes = JudgedNodes(1 / np.maximum(usage, 1 / CAP), owner, counts, regions)
+    return Life(figures, (*unknown, *known, _OMISSION), damage, along, operation, nodes)
 
 
-def _spanned(analysis: CycleAnalysis, entries: _Entries) -> _Entries:
-    """Entries with weights of the unit solutions, of those with weights of all unit loads."""
-    return [(analysis.basis.projected(full), rate) for full, rate in entries]
+def _entries(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Iterator[Entry]:
+    """Yield the crank cycle of every entry of a duty, with weights of all unit loads."""
+    for (rpm, share, gas, _), loading in zip(duty.table.entries, duty.loadings, strict=True):
+        # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
+        cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
+        instants = cycle.at(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
+        order = np.argsort(instants.crank_angle)
+        full = analysis.basis.full(instants, cycle).at(order)
+        pulls = gas_along_rod(instants)[order] * (gas not in UNFIRED)
+        states = analysis.basis.contacts(cycle).states if analysis.loads.path_dependent else ()
+        yield Entry(cycle, full, share * rpm * loading.engine.cycles_per_hour, pulls, states)
 
 
-def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tuple[int, int]]) -> None:
-    """Make the stress exact where the largest ranges of nodes of parts end, in either half of a cycle."""
-    ends, ranges = [], []
-    for full, _ in entries:
-        half = full.even.shape[1] // 2
-        for stretch in (full.at(slice(half)), full.at(slice(half, None))):
-            weights = analysis.basis.projected(stretch)
-            found = spots(places, analysis.units, weights, analysis.mesh.mirrored)
+def make_exact(full: Operation, places: Sequence[tuple[int, int]]) -> None:
+    """Make the stress exact where the largest ranges of nodes of parts end, in either half of a cycle.
+
+    The operation has weights of all unit loads.
+    """
+    analysis, ends, ranges = full.analysis, [], []
+    for weights in (entry.weights for entry in full.entries):
+        half = weights.even.shape[1] // 2
+        for stretch in (weights.at(slice(half)), weights.at(slice(half, None))):
+            projected = analysis.basis.projected(stretch)
+            found = spots(places, analysis.units, projected, analysis.mesh.mirrored)
             reached = [at for spot in found for at in (spot.signed.argmax(), spot.signed.argmin())]
             ends.append(stretch.at(np.unique(reached)))
             ranges.append(max(float(np.ptp(spot.signed)) for spot in found))
@@ -154,8 +167,10 @@ def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tup
     analysis.basis.exact_at(joined(*large))
 
 
-def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:
-    """Damage per hour (n_nodes,) of all parts, the first nodes by it, and the part (n_nodes,) it is of."""
+def _ranked(
+    analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]
+) -> tuple[Floats, Floats, Ints, Ints]:
+    """Damage per hour and usage (n_nodes,), the first nodes by them, and the part (n_nodes,) they are of."""
     damages, usages = (np.stack(of_parts) for of_parts in zip(*parts.values(), strict=True))
     total, usage = np.fmax.reduce(damages), np.fmax.reduce(usages)
     known, whole = ~np.isnan(total), analysis.mesh.mirrored
@@ -165,23 +180,22 @@ def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]])
     order = once[np.lexsort((-usage[once], -total[once]))][:COUNTED]
     ranking = np.nan_to_num(np.where(total > 0, damages, usages), nan=-1.0)
     owner = np.array(list(parts))[ranking.argmax(axis=0)]
-    return total, order[total[order] >= LEAST * total[order[0]]], owner
+    return total, usage, order[total[order] >= LEAST * total[order[0]]], owner
 
 
-def _of_part(
-    analysis: CycleAnalysis, entries: _Entries, number: int, log: DutyLog | None
-) -> tuple[Floats, Floats] | None:
+def _of_part(operation: Operation, number: int) -> tuple[Floats, Floats] | None:
     """Damage per hour by the largest ranges in a part, and the largest of them over the endurance limit.
 
     Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
     """
+    analysis, rates, log = operation.analysis, operation.rates, operation.log
     part, units = analysis.units.parts[number], analysis.units
-    material = with_line(analysis.materials[number])
-    line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
+    material = analysis.materials[number]
+    line = life_line(material, analysis.regions.at(part.nodes).factors(material))
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None
-    every = [signed_extremes(part, path(weights, units.joint), units.sides) for weights, _ in entries]
-    rates = [rate for _, rate in entries]
+    paths = [path(entry.weights, units.joint) for entry in operation.entries]
+    every = [signed_extremes(part, own, units.sides) for own in paths]
     if log is not None:
         highest, lowest = np.max(every, axis=0)[:, 0], np.min(every, axis=0)[:, 1]
         every, rates = [*every, np.stack([highest, lowest], axis=1)], [*rates, 1 / log.hours]
@@ -196,56 +210,26 @@ def _of_part(
     return carried(part, damage, whole), carried(part, usage, whole)
 
 
-def _counted(
-    analysis: CycleAnalysis, entries: _Entries, node: int, number: int, log: DutyLog | None
-) -> WorstLife:
+def _counted(operation: Operation, node: int, number: int) -> WorstLife:
     """Count every range of the histories of a node, as of a part."""
-    material, whole = with_line(analysis.materials[number]), analysis.mesh.mirrored
-    source = whole.source[[node]]
-    line = LifeLine.of(material, analysis.regions.at(source).factors(material))
+    analysis = operation.analysis
+    material, source = analysis.materials[number], analysis.mesh.mirrored.source[[node]]
+    line = life_line(material, analysis.regions.at(source).factors(material))
     if line is None:
         raise ValueError("only parts with an S–N line have worst places")
-    # All histories together, as the stress of a place has one sign over the whole duty.
-    (spot,) = spots([(node, number)], analysis.units, joined(*(weights for weights, _ in entries)), whole)
-    ends = np.cumsum([weights.even.shape[1] for weights, _ in entries])
-    rates = [rate for _, rate in entries]
-    mean, amplitude, rate, entry, between = every_cycle(np.split(spot.signed, ends[:-1]), rates, log)
-    amplitude = reversed_amplitude(analysis.fatigue, mean, amplitude, material)
-    return WorstLife(node, number, line, amplitude, rate, entry, between)
-
-
-def every_cycle(
-    histories: Sequence[Floats], rates: Sequence[float], log: DutyLog | None = None
-) -> tuple[Floats, Floats, Floats, Ints, Mask]:
-    """Means, amplitudes, rates, entries and `between` (n_cycles,), as of `WorstLife`.
-
-    Each history is a period, of which there are so many an hour; of a log, cycles between its stays follow.
-    """
-    found, visits = [], np.zeros(len(rates)) if log is None else np.bincount(log.visited) / log.hours
-    for number, (signed, rate) in enumerate(zip(histories, rates, strict=True)):
-        mean, amplitude = rainflow(signed)
-        each = np.full(len(mean), rate)
-        if len(mean):
-            each[amplitude.argmax()] -= min(rate, visits[number])
-        found.append((mean, amplitude, each, np.full(len(mean), number), np.zeros(len(mean), dtype=bool)))
-    if log is not None:
-        stress = np.array([[signed.max(), signed.min()] for signed in histories])[log.visited].ravel()
-        pairs = cycle_ends(stress)
-        pairs = np.take_along_axis(pairs, stress[pairs].argsort(axis=0), axis=0)
-        bins = log.visited[pairs // 2]
-        code = bins[0] * len(histories) + bins[1]
-        _, first, times = np.unique(code, return_index=True, return_counts=True)
-        (low, high), (least, most) = bins[:, first], stress[pairs[:, first]]
-        found.append(((least + most) / 2, (most - least) / 2, times / log.hours, high, low != high))
-    mean, amplitude, each, entry, between = map(np.concatenate, zip(*found, strict=True))
-    return mean, amplitude, each, np.asarray(entry, np.int64), np.asarray(between, np.bool_)
+    (place,) = operation.places([(node, number)])
+    found = every_cycle(operation.varied(*place), operation.rates, operation.log)
+    amplitude = reversed_amplitude(analysis.fatigue, found.mean, found.amplitude, material)
+    return WorstLife(node, number, line, amplitude, found)
 
 
 def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> LifeFigures:
     mesh, damage, entries = analysis.mesh.whole, worst.damage(), duty.table.entries
     total, of_use = float(damage.sum()), duty.table.total_hours
-    by_entry = np.bincount(worst.entry, damage, len(entries))
-    largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(entries)))
+    counted = worst.cycles
+    by_entry = np.bincount(counted.entry, damage, len(entries))
+    usual = [counted.usual & (counted.entry == number) for number in range(len(entries))]
+    largest = sum(float(damage[own].max(initial=0.0)) for own in usual)
     material = analysis.materials[worst.part]
     reliability, assumed = material.marin.reliability, material.basquin is None
     band = band_of(assumed=assumed)
@@ -262,7 +246,7 @@ def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> Life
         at_mm=vector(mesh.points[worst.node]),
         part=list(analysis.mesh.parts)[worst.part],
         damage_per_hour=total,
-        largest_range_percent=100 * largest / total if total else None,
+        largest_range_percent=100 * largest / float(damage[counted.usual].sum()) if total else None,
         duty=tuple(
             DutyFigures(
                 rpm=entry.rpm,
@@ -270,7 +254,7 @@ def _figures(analysis: CycleAnalysis, duty: DutyLoads, worst: WorstLife) -> Life
                 load=entry.load,
                 time_percent=100 * entry.share,
                 damage_percent=100 * float(by_entry[number]) / total if total else None,
-                reversed_amplitude_MPa=float(worst.amplitude[worst.entry == number].max(initial=0.0)),
+                reversed_amplitude_MPa=float(worst.amplitude[usual[number]].max(initial=0.0)),
             )
             for number, entry in enumerate(entries)
         ),
@@ -288,8 +272,8 @@ def _of_log(log: DutyLog, worst: WorstLife, life: LifeFigures, along: Mapping[st
         file=log.source,
         load=None if log.kind is None else log.kind.value,
         hours=log.hours,
-        between_cycles=float(worst.rate[worst.between].sum() * log.hours),
-        between_percent=100 * float(damage[worst.between].sum()) / total if total else None,
+        between_cycles=float(worst.cycles.rate[worst.cycles.between].sum() * log.hours),
+        between_percent=100 * float(damage[worst.cycles.between].sum()) / total if total else None,
         critical_damage=CRITICAL_DAMAGE,
         hours_at_critical_damage=None if life.hours is None else CRITICAL_DAMAGE * life.hours,
         worst_from_s=float(starts[most]),
@@ -305,14 +289,14 @@ def _hours(damage: Floats) -> float | None:
 
 def _unknown(analysis: CycleAnalysis) -> Iterator[Note]:
     for part, own in zip(analysis.mesh.parts, analysis.materials, strict=True):
-        material = with_line(own)
-        if own.basquin is None and material.basquin is not None:
+        line = own.basquin or life_line(own, np.array([each.factor for each in own.marin.surfaces.values()]))
+        if own.basquin is None and line is not None:
             yield from assumptions("life", [_ASSUMED_LINE.format(part)])
         needed = {
             "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
-            "sn_amplitude_MPa)": material.basquin,
-            "endurance limit (endurance_MPa)": material.endurance_limit,
-            "ultimate strength (ultimate_MPa)": criterion_strength(analysis.fatigue, material),
+            "sn_amplitude_MPa)": line,
+            "endurance limit (endurance_MPa)": own.endurance_limit,
+            "ultimate strength (ultimate_MPa)": criterion_strength(analysis.fatigue, own),
         }
         if missing := [name for name, known in needed.items() if known is None]:
             yield warning(

@@ -70,6 +70,16 @@ class PlaceLifeFigures(BLifeFigures):
     assumed: bool  #: whether its S–N line is
 
 
+class ResponseFigures(Figures):
+    """What a further cause does, of which the crank cycle was solved again at four values."""
+
+    cause: str  #: in words
+    deviation: float  #: its standard deviation
+    unit: str  #: of that
+    #: of the amplitude over the strength where the rod fails first, two deviations below and above the mean
+    change_percent: tuple[float, float]
+
+
 class ReliabilityFigures(BLifeFigures):
     """``reliability``: hours by which a share of the rods has failed, if places fail independently."""
 
@@ -84,6 +94,7 @@ class ReliabilityFigures(BLifeFigures):
     samples: int
     sampling_error_percent: float  #: standard error of the hours by sampling, the largest
     scatter_percent: Mapping[str, float]  #: by cause, a coefficient of variation
+    responses: WhereKnown[tuple[ResponseFigures, ...]] = None  #: of preload, clearances and friction
 
 
 class CycleLifeFigures(Figures):
@@ -102,6 +113,8 @@ class CycleLifeFigures(Figures):
     assumed: bool  #: whether the line of the life is assumed from the strengths
     unlimited: bool
     by_strain: bool  #: whether the cycles, below 10⁴, are those of local strain; else indicative there
+    #: True where cycles of mean pressure alone would do no damage, and those of more pressure end the life
+    steady_is_undamaged: WhereKnown[bool] = None
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
@@ -209,6 +222,7 @@ class LifeFigures(Figures):
     largest_range_percent: float | None  #: of that damage, which the largest range of every entry does alone
     duty: tuple[DutyFigures, ...]
     log: WhereKnown[LogFigures] = None  #: of a duty that is a log
+    reliability: WhereKnown[ReliabilityFigures] = None
     knee_cycles: float  #: where the S–N line bends
     endurance_MPa: float  #: at the worst place
     fatigue_criterion: str

@@ -51,12 +51,16 @@ MOST_FULL_RUNS = 10
 # To which the speed where a safety factor falls below 1 is found.
 _WITHIN_RPM = 0.1
 _EDGES = omission("structural stress at sharp edges", "they are judged at the worst speeds only, run in full")
+_FRETTING = omission("fretting", "many speeds: it is found at the worst ones")
 _FILM = omission("oil film", "many speeds: it is computed at the worst ones")
 _LEFT_OUT = (
     omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
     ),
-    omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+    omission(
+        "error estimates, also of gauges, and displacements",
+        "many speeds: the peaks are superposed, not solved",
+    ),
     omission(
         "Crossland's factor at every place",
         "many speeds: it is computed at the places that are worst against yielding and fatigue",
@@ -265,9 +269,12 @@ class SpeedSweep:
                 *_LEFT_OUT,
                 *([_EDGES] if self._rod.sharp_places else []),
                 *([_FILM] if self._rod.options.needs_film else []),
+                *([_FRETTING] if self._rod.options.fretting else []),
             ],
         )
-        return replace(summary, critical_speeds_rpm=self.critical)
+        analysis, cycle = self._rod.full_cycle, self._rod.crank_cycle(rpm)
+        gauges = tuple(gauge.superposed(analysis, worst.cases, cycle) for gauge in self._rod.gauges)
+        return replace(summary, critical_speeds_rpm=self.critical, gauges=gauges or None)
 
     def _envelope(self, worst: WorstOfSpeed) -> CycleFigures:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
@@ -378,7 +385,7 @@ def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
 
 
 def _of_case(summary: Summary, case: str) -> dict[str, float | None]:
-    """Return the figures of a load case; of an assembled rod, bolts and joint, too."""
+    """Return the figures of a load case; also of bolts and joint, and the strain of gauges, as far as any."""
     load, result = summary.loads[case], summary.results[case]
     formulas, modes = summary.buckling.of_case(case)
     figures = {
@@ -399,6 +406,8 @@ def _of_case(summary: Summary, case: str) -> dict[str, float | None]:
             "joint_opening_um": joint.opening_um,
             "slip_reserve": joint.slip_reserve,
         }
+    for gauge in summary.gauges or ():
+        figures[f"{gauge.name.replace(' ', '_')}_um_m"] = gauge.cases[case].strain_um_m
     return figures
 
 

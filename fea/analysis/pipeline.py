@@ -9,7 +9,7 @@
 | judge, check | `judge` compares it with the strengths, `speed_checks`   | `fea.judge`, `fea.base.checks` |
 | refine       | `refined_rod` repeats this where the error is too large  | `fea.analysis.refinement`      |
 
-`RefinedRod.at` adds plastic flow where something yields, and cycle and oil films that are asked for.
+`RefinedRod.at` adds plastic flow where something yields, and cycle, overload and films that are asked for.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,13 +18,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fea.analysis.assembling import AssemblySetup
+from fea.analysis.defects import with_defects
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.film import films_at
 from fea.analysis.flow import answer_of, with_flow
+from fea.analysis.fretting import fretting
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
+from fea.analysis.overload import with_overload
 from fea.analysis.prepared_rod import PreparedRod, evenly_spread, require_engine, spanned_speeds
 from fea.analysis.refinement import MeshErrors
+from fea.analysis.responses import causes
 from fea.analysis.speed_result import SpeedResult, speed_checks, speed_notes
 from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import LIMITS
@@ -71,7 +75,10 @@ class RefinedRod:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
-        result = with_flow(self.rod, result, self.coarser)
+        if self.rod.options.fretting:
+            result = with_fretting(self.rod, result)
+        result = with_overload(self.rod, with_flow(self.rod, result, self.coarser))
+        result = with_defects(self.rod, result)
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
         return result if self.shortfall is None else replace(result, notes=(*result.notes, self.shortfall))
@@ -166,7 +173,7 @@ def prepare(
     )
     structure, pins, of_pins = chosen_pins(structure, study.analysis)
     of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
-    return PreparedRod(
+    prepared = PreparedRod(
         study=study,
         mesh=mesh,
         loading=loading,
@@ -183,6 +190,9 @@ def prepare(
             *of_assembly,
         ),
     )
+    _ = prepared.overload  # refused before anything is solved
+    list(causes(prepared))  # refuses what the rod has not before anything is solved
+    return prepared
 
 
 def _structure(
@@ -281,6 +291,16 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         found = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
     return replace(static, checks=checks, notes=notes, cycle=found)
+
+
+def with_fretting(rod: PreparedRod, solved: SpeedResult) -> SpeedResult:
+    """Work out what rubs at a speed whose crank cycle is solved."""
+    if solved.cycle is None:
+        return solved
+    cycle = rod.crank_cycle(solved.rpm or 0.0)
+    with rod.clock("fretting"):
+        found, notes = fretting(rod, cycle, solved.cycle)
+    return replace(solved, notes=(*solved.notes, *notes), fretting=found)
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
 from fea.analysis.gauges import Gauge
 from fea.analysis.life import Life, life_of
+from fea.analysis.scatter import scatter_of
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note
@@ -26,6 +27,7 @@ from fea.pins.model import PinModel, PinModelContext, UnitLoadFields, UnitLoads
 from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
+from fea.rod.overload import Overload
 from fea.rod.places import SurfaceRegions
 from fea.solid.inertia import Inertia, SectionBalance
 from fea.solid.parity import ParityPair
@@ -101,6 +103,14 @@ class PreparedRod:
         """Mass properties of the meshed rod."""
         return self.inertia.properties
 
+    @cached_property
+    def overload(self) -> Overload | None:
+        """The single overload of the study, if it has one. Raises `InvalidValue`: see `Overload.of`."""
+        table = self.study.overload
+        if table is None or not table.load:
+            return None
+        return Overload.of(table, self.loading, self.mass, spanned_speeds(self.study))
+
     @property
     def clamped(self) -> bool:
         """Whether the big end is clamped."""
@@ -143,14 +153,15 @@ class PreparedRod:
         """Return the rod, with its stiffness, under a prescribed pressure where its pins are in contact."""
         if self.prescribed is self.pins:
             return self
-        structure = replace(self.structure, pressure=PRESCRIBED)
-        return replace(
-            self,
-            study=replace(self.study, analysis=replace(self.options, pressure=PRESCRIBED)),
-            structure=structure,
-            pins=self.prescribed,
-            fields=FieldRecovery.of(structure, self.mesh, self.prescribed),
-        )
+        study = replace(self.study, analysis=replace(self.options, pressure=PRESCRIBED))
+        return replace(self, study=study).with_pins(self.prescribed, pressure=PRESCRIBED)
+
+    def with_pins(self, pins: PinModel | None = None, **changed: Any) -> "PreparedRod":
+        """Return the rod, with its stiffness, under other pins; `changed`: fields that these follow from."""
+        structure = replace(self.structure, **changed)
+        pins = structure.pins() if pins is None else pins
+        fields = FieldRecovery.of(structure, self.mesh, pins)
+        return replace(self, structure=structure, pins=pins, fields=fields)
 
     def case_forces(self, name: str, rpm: float | None = None) -> ParityPair:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
@@ -250,7 +261,8 @@ class PreparedRod:
             return None
         cycle = self.cycle  # timed by itself
         with self.clock("life"):
-            return life_of(cycle, self.mass, self.duty)
+            scatter = scatter_of(self.study.scatter, self.engine, self.options.fatigue).cycle_pressure
+            return life_of(cycle, self.mass, self.duty, scatter)
 
     @cached_property
     def buckling(self) -> Buckling:

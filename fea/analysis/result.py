@@ -12,6 +12,7 @@ from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
+from fea.analysis.fretting import RubbedSurfaces
 from fea.analysis.life import Life
 from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.motion import Motion, SolvedInstant, agreeing, motion
@@ -177,7 +178,15 @@ class RunResult:
         if self.cycle is None:
             return None
         damage = {} if self.life is None else self.life.point_data()
-        return self.cycle.envelope.point_data() | damage | masked_array(self.cycle.counts)
+        defect = None if self.speed is None else self.speed.largest_defect
+        largest = {} if defect is None else {"largest_defect_um": defect}
+        return self.cycle.envelope.point_data() | damage | largest | masked_array(self.cycle.counts)
+
+    @cached_property
+    def left(self) -> Mapping[str, Arrays]:
+        """Nodal arrays of what flow leaves without load: ``plastic`` in running, ``overload`` after that."""
+        flows = {} if self.speed is None else self.speed.flows
+        return {name: each.left for name, each in flows.items() if each.ends_with_flow}
 
     @cached_property
     def forces(self) -> Mapping[str, npt.ArrayLike] | None:
@@ -185,6 +194,11 @@ class RunResult:
         if not isinstance(self.loading, EngineLoading) or self.rpm is None:
             return None
         return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
+
+    @property
+    def fretting(self) -> RubbedSurfaces | None:
+        """The surfaces that rub over the cycle, where that was asked for."""
+        return None if self.speed is None or self.speed.fretting is None else self.speed.fretting.drawn
 
     @property
     def films(self) -> tuple[FilmResult, ...]:

@@ -1,13 +1,17 @@
 """What is found at one speed: results of the load cases, checks and notes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult
+from fea.analysis.flowing_rod import FollowedFlow
+from fea.analysis.fretting import FrettingResult
+from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary_figures import PlasticFigures
 from fea.base.checks import LIMITS, Check, check
@@ -19,6 +23,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import SectionBalance, imbalance
 from fea.solid.parity import Parity
 from fea.solvers.static import StaticSolution
+from geometry.arrays import Floats
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -99,7 +104,13 @@ class SpeedResult:
     checks: Mapping[str, Check]  #: by name
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
+    fretting: FrettingResult | None = None  #: what rubs over it, where that was asked for
     plastic: PlasticFigures | None = None  #: what yielding leads to, where something yields
+    overload: OverloadFigures | None = None  #: what the single overload of the study leaves, if any
+    #: ``plastic`` and ``overload``, as they were followed
+    flows: Mapping[str, FollowedFlow] = field(default_factory=dict)
+    defect: DefectFigures | None = None  #: over the cycle, where hardness is known or a flaw is given
+    largest_defect: Floats | None = None  #: (n_nodes,) µm, that does not grow; −1: not judged
     films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property

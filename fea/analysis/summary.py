@@ -28,12 +28,15 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
+from fea.analysis.fretting_figures import FrettingFigures
 from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
 from fea.analysis.life_figures import BenchFigures, CycleFigures
+from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
+from fea.analysis.reliability import duty_reliability
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import (
     BucklingFigures,
@@ -120,9 +123,11 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases, result.rpm),
         buckling=buckling.figures,
         plastic=result.plastic,
+        overload=result.overload,
         bench=bench,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
+        fretting=None if result.fretting is None else result.fretting.figures(rod.mesh.bores.rod_length),
         head_clearance=head_clearance(rod, result),
         checks={**result.checks, **buckling.checks},
         notes=(
@@ -137,7 +142,10 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     cycle = result.cycle
     histories = (None if cycle is None else gauge.history(rod.cycle, cycle.weights) for gauge in rod.gauges)
     gauges = tuple(gauge.figures(cases, own) for gauge, own in zip(rod.gauges, histories, strict=True))
-    return replace(summary, hand=hand_calculation(rod, result.cases, summary), gauges=gauges or None)
+    if summary.life is not None:
+        summary = replace(summary, life=replace(summary.life, reliability=duty_reliability(rod)))
+    hand = hand_calculation(rod, result.cases, summary)
+    return replace(summary, hand=hand, gauges=gauges or None, defect=result.defect)
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:
@@ -188,9 +196,11 @@ def summary_of(
     buckling: BucklingFigures,
     fatigue: SafetyFactor | None = None,
     plastic: PlasticFigures | None = None,
+    overload: OverloadFigures | None = None,
     bench: BenchFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
+    fretting: FrettingFigures | None = None,
     head_clearance: HeadClearanceFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[Note],
@@ -204,7 +214,7 @@ def summary_of(
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic) + tested,
+            factors(results, buckling, envelope, assembly, plastic, overload=overload) + tested,
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
@@ -226,9 +236,11 @@ def summary_of(
         passes=tuple(passes) or None,
         envelope=envelope,
         film=film,
+        fretting=fretting,
         life=None if life is None else life.figures,
         buckling=buckling,
         plastic=plastic,
+        overload=overload,
         bench=bench,
         head_clearance=head_clearance,
         assembly=assembly,

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.figures import (
     SCHEMA,
     CaseFigures,
@@ -13,7 +14,9 @@ from fea.analysis.figures import (
     RodFigures,
     WhereKnown,
 )
+from fea.analysis.fretting_figures import FrettingFigures
 from fea.analysis.life_figures import BenchFigures, CycleFigures, EnvelopeFigures, LifeFigures
+from fea.analysis.overload_figures import BendingFigures, OverloadFigures, SetFigures
 from fea.base.checks import Check
 from fea.base.note import Note
 from fea.judge.safety_factor import SafetyFactor
@@ -24,7 +27,7 @@ class GaugeCaseFigures(Figures):
     """Strain of a gauge in a load case."""
 
     strain_um_m: float
-    error_um_m: float  #: of the mesh
+    error_um_m: float | None  #: of the mesh; None at a speed of many that is only superposed
     measured_um_m: WhereKnown[float] = None
 
 
@@ -144,13 +147,17 @@ class PlasticFigures(Figures):
     turns: int  #: in which something flowed
     cases: tuple[str, ...]  #: load cases or crank angles under which something flowed
     residual_MPa: float  #: principal stress of largest magnitude left there without load
-    #: What is left without load, µm: ``length``, by how much the bores are further apart (negative: closer)
+    #: What is left without load, µm and degrees: see `fea.analysis.permanent_set.permanent_set`
     set_um: Mapping[str, float]
+    set_judged: WhereKnown[SetFigures] = None  #: None where no equilibrium is left
     strength_MPa: float  #: at which it flowed: the cyclic yield strength where that is smaller and decides
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
     fatigue: WhereKnown[SettledFatigueFigures] = None
     cyclic: WhereKnown[CyclicFigures] = None
+    #: The shank under the load case that presses most on it, and the multiple of that at which it bends
+    bending: WhereKnown[BendingFigures] = None
+    collapse_factor: WhereKnown[float] = None
 
 
 class PassFigures(Figures):
@@ -255,10 +262,13 @@ class Summary(Figures):
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
+    fretting: WhereKnown[FrettingFigures] = None
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
+    defect: WhereKnown[DefectFigures] = None  #: with the cycle, of steels and given flaws
     gauges: WhereKnown[tuple[GaugeFigures, ...]] = None
     buckling: BucklingFigures
     bench: WhereKnown[BenchFigures] = None  #: of [forces] with a ratio
+    overload: WhereKnown[OverloadFigures] = None  #: what the single overload of the study leaves
     plastic: WhereKnown[PlasticFigures] = None  #: where the elastic stress exceeds yield and flow is followed
     head_clearance: WhereKnown[HeadClearanceFigures] = None
     hand: WhereKnown[Mapping[str, HandFigures]] = None

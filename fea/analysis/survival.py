@@ -6,6 +6,7 @@ from math import isfinite
 from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.figures import CaseFigures
 from fea.analysis.life_figures import CycleFigures
+from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.summary_figures import BucklingFigures, PlasticFigures, SurvivalFigures
 from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, printed
@@ -17,7 +18,16 @@ _AIM = 0.9
 # A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
 _SLIDING = 1e-3
 _FAILS: Mapping[str, str] = shipped_toml("base/failures.toml")["run"]
-FATIGUE, LASTING_FLOW = "fatigue", "lasting flow"
+FATIGUE, LASTING_FLOW, OVERLOAD, SET = "fatigue", "lasting flow", "overload", "permanent set"
+# What is left for good, in words, by the names of `fea.analysis.permanent_set`.
+SET_WORDS = {
+    "length": "distance of the bores",
+    "bend": "bend",
+    "twist_deg": "twist",
+    "bow": "bow of the shank",
+    "big_end": "big end's bore out of round",
+    "small_end": "small end's bore out of round",
+}
 # Ordinary scatter: an engine is turned 10 % beyond its speed by a missed shift, so that inertia grows by the
 # square of that; single cycles have a peak pressure of 15 % more than the mean, three times the 5 % by which
 # peaks scatter in steady running (Heywood 1988, §9.4.1).
@@ -32,6 +42,8 @@ def factors(
     envelope: CycleFigures | None,
     assembly: AssemblyFigures | None = None,
     plastic: PlasticFigures | None = None,
+    *,
+    overload: OverloadFigures | None = None,
 ) -> list[SafetyFactor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
@@ -53,9 +65,25 @@ def factors(
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
     if plastic is not None and plastic.fatigue is not None:
         found.append(plastic.fatigue.safety_factor)
+    found += _left_behind(plastic, overload)
     if buckling.min_safety_factor is not None:
         found.append(buckling.min_safety_factor.against("buckling"))
     return found if assembly is None else [*found, *factors_of_assembly(assembly)]
+
+
+def _left_behind(plastic: PlasticFigures | None, overload: OverloadFigures | None) -> list[SafetyFactor]:
+    """Return the factor of an overload that bends the rod, and the ratio of limits of a set that it exceeds.
+
+    Where they are above 1 the rod bears what it bears once, and needs no reserve; a set is not in proportion.
+    """
+    bends = overload is not None and overload.safety_factor < 1
+    found = [overload.safety_factor.against(OVERLOAD)] if overload is not None and bends else []
+    for what, source in (("running", plastic), ("the overload", overload)):
+        left = None if source is None else source.set_judged
+        if left is not None and left.exceeded and left.least_factor is not None:
+            place = f"{SET_WORDS[left.exceeded[0]]}, {what}"
+            found.append(SafetyFactor(left.least_factor, mode=SET, place=place))
+    return found
 
 
 def factors_of_assembly(assembly: AssemblyFigures) -> list[SafetyFactor]:

@@ -251,17 +251,23 @@ def _complete_deck(place: Path) -> None:
     place.write_bytes(text.replace(b"\nBEGIN BULK\n", b"\nSOL 101\nCEND\nBEGIN BULK\n", 1))
 
 
-_MED_WORD = 16  # letters of each name of a component, and of its unit
+# Letters of each name of a component, and of its unit; of the name of a mesh.
+_MED_WORD, _MED_NAME = 16, 64
 _AXES = ("X", "Y", "Z")
 _STRESSES = ("stress", "von_mises", "principal_1", "principal_2", "principal_3", "contact_pressure")
 
 
 def _name_components(place: Path) -> None:
-    """Name the components of the fields of a MED file, and their units; meshio leaves both blank."""
+    """Name the mesh of a MED file, the components of its fields, and their units, as meshio does not."""
     from h5py import File  # noqa: PLC0415 - only an export to MED needs it
 
+    short = place.stem.isascii() and len(place.stem) <= _MED_NAME
+    mesh = place.stem if short else "mesh"  # FreeCAD looks for a mesh that is called as its file
     with File(place, "r+") as file:
+        for meshes in (file["ENS_MAA"], file["FAS"]):
+            meshes[mesh] = meshes.pop("mesh")
         for name, field in file.get("CHA", {}).items():
+            field.attrs["MAI"] = np.bytes_(mesh)
             number = int(field.attrs["NCO"])
             names = {3: _AXES, 6: COMPONENTS["stress"]}.get(number, ("",) * number)
             unit = "MPa" if name.endswith(_STRESSES) else "mm" if name.endswith("displacement") else ""

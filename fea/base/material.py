@@ -99,6 +99,8 @@ class Material:
     #: Whether it lines a bore: where a bushing or a bearing shell yields it settles, which does not end a rod
     lining: bool = False
     support: bool = False  #: whether the gradient of stress raises the endurance limit at the surface
+    hardness: float | None = None  #: HV of a steel, if known
+    hardness_estimated: bool = False  #: whether it follows from S_u
 
     def __post_init__(self) -> None:
         require_positive("material.E_GPa", self.youngs_modulus / 1e3)
@@ -265,12 +267,29 @@ def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
     return min(_STEEL_RATIO * ultimate, _STEEL_LIMIT)
 
 
-# Cyclic curve σ_a = K′ ε_p^n′ by Bäumel & Seeger's uniform material law (1990): K′ over the ultimate
-# strength, and n′, of steels and of aluminium and titanium alloys. From memory: the source was not read.
-_STEEL_CURVE, _LIGHT_CURVE, YIELD_STRAIN = (1.65, 0.15), (1.61, 0.11), 0.002
+# Vickers hardness and ultimate strength, MPa, of unalloyed and low-alloy steel: DIN 50150, now ISO 18265, as
+# a supplier's table prints it (51tongren.cn).
+_HARDNESS = (80.0, 100, 150, 200, 250, 300, 350, 400, 450, 470)
+_STRENGTH = (250.0, 320, 480, 640, 800, 965, 1125, 1290, 1455, 1520)
 
 
-def estimated_cyclic_yield(ultimate: float, youngs_modulus: float) -> float:
-    """0.2 % yield strength, MPa, in repeated loading, of a metal of ultimate strength and modulus in MPa."""
-    ratio, exponent = _STEEL_CURVE if is_steel(youngs_modulus) else _LIGHT_CURVE
-    return float(ratio * ultimate * YIELD_STRAIN**exponent)
+def hardness_of(ultimate: float) -> float:
+    """Vickers hardness of a low-alloy steel of ultimate strength in MPa: 80 to 470."""
+    return float(np.interp(ultimate, _STRENGTH, _HARDNESS))
+
+
+@dataclass(frozen=True)
+class CrackMetal:
+    """How cracks grow in a metal: da/dN = C ΔK^m, mm; stress intensities in MPa √m."""
+
+    coefficient: float  #: C
+    exponent: float  #: m
+    threshold: float  #: ΔK of long cracks at R = 0 and, as the highest K, below
+    toughness: float  #: K at which the rest breaks
+    slope: float = 0.0  #: by which the threshold falls with R
+    least: float = 0.0  #: threshold at any R
+    assumed: tuple[str, ...] = ()  #: keys that a study does not give, with their values
+
+    def threshold_at(self, ratio: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Threshold (n,) at stress ratios (n,)."""
+        return np.asarray(np.maximum(self.threshold - self.slope * np.clip(ratio, 0, 1), self.least))

@@ -26,7 +26,7 @@ from fea.contact.problem import CondensedInterface, ContactProblem
 from fea.contact.trial import TOLERANCES, Tolerances
 from fea.machine.threads import threads
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 
 
 @dataclass(frozen=True)
@@ -39,19 +39,24 @@ class TemperatureChange:
 
 
 @dataclass(frozen=True)
-class _InterfaceVertices:
+class InterfaceVertices:
     """The vertices of all mating faces and of their images across y = 0."""
 
     normal: Ints  #: (k,) unknowns that are their pressures
     shear: Ints  #: (k, 2) unknowns that are their shear stresses; −1 where there is none
     face: Ints  #: (k,) number of the face
+    #: node, mate: (k,) nodes of the cell on both sides of which each is a vertex, or the image of one
+    node: Ints
+    mate: Ints
+    image: Mask  #: (k,) which are images
+    facets: Ints  #: (m, 3) places of the corners of each facet among the vertices
     place: Floats  #: (k, 3) mm
     area: Floats  #: (k,) that belongs to each on the whole body, mm²
 
     @classmethod
-    def of(cls, problem: ContactProblem) -> "_InterfaceVertices":
+    def of(cls, problem: ContactProblem) -> "InterfaceVertices":
         """Collect those of a problem."""
-        normal, shear, face, node = [], [], [], []
+        normal, shear, face, node, mate, corners, count = [], [], [], [], [], [], 0
         ones, unfolding = np.zeros(problem.forces.shape[1]), problem.unfolding
         for number, faces in enumerate(problem.faces):
             start, pressing = problem.starts[len(problem.bores) + number], faces.pressing
@@ -60,16 +65,27 @@ class _InterfaceVertices:
             shear.append(np.where(both >= 0, start + both, -1))
             face.append(np.full(pressing.size, number))
             node.append(pressing.nodes)
+            mate.append(faces.mates)
+            corners.append(count + pressing.corners)
+            count += pressing.size
             ones[normal[-1]] = pressing.weights
         cells, both, face_of = np.concatenate(normal), np.concatenate(shear), np.concatenate(face)
         off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(cells), dtype=bool)
-        place = problem.mesh.points[np.concatenate(node)]
+        here, there, facets = (np.concatenate(each) for each in (node, mate, corners))
+        place, at_image = (
+            problem.mesh.points[here],
+            np.where(off, count + np.cumsum(off) - 1, np.arange(count)),
+        )
         images = np.where(both[off] >= 0, unfolding.images_of(both[off]), -1)
         numbers = np.concatenate([cells, unfolding.images_of(cells[off])])
         return cls(
             normal=numbers,
             shear=np.concatenate([both, images]),
             face=np.concatenate([face_of, face_of[off]]),
+            node=np.append(here, here[off]),
+            mate=np.append(there, there[off]),
+            image=np.arange(len(numbers)) >= count,
+            facets=np.concatenate([facets, at_image[facets]]) if off.any() else facets,
             place=np.concatenate([place, place[off] * [1.0, -1.0, 1.0]]),
             area=problem.gaps(ones)[numbers],
         )
@@ -109,15 +125,15 @@ class Assembled:
         self.pins = self._numbers(range(bores))
         first, last = bores + faces + problem.pulls, bores + faces + len(problem.bolts)
         self.bolts, self.stops = self._numbers(range(bores + faces, first)), self._numbers(range(first, last))
-        self.vertices = _InterfaceVertices.of(problem)
+        self.vertices = InterfaceVertices.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
-        of_motion = [
+        self._names = [
             f"the {name}"
             for name, (of_part, _) in zip(names, moved, strict=False)
             for _ in range(of_part.shape[1])
         ]
         self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
-        self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
+        self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), self._names)
         self._put_together()
 
     def tightened_to(self, preload: float) -> "Assembled":
@@ -128,6 +144,18 @@ class Assembled:
         other = copy(self)
         other._preload = np.full_like(self._preload, preload)  # noqa: SLF001 - its own
         other._put_together()  # noqa: SLF001
+        return other
+
+    def varied(self, friction: float, crush: float) -> "Assembled":
+        """Return the same parts with another friction, and so many times their interferences.
+
+        Errors as of the class.
+        """
+        other = copy(self)
+        other.problem = self.problem.crushed(crush)
+        places = self._places(friction)
+        other.system = FrictionSystem(self._condensed, self.problem.rigid, places, self._names)
+        other._put_together()  # noqa: SLF001 - its own
         return other
 
     def _put_together(self) -> None:
@@ -230,6 +258,12 @@ class Assembled:
         numbers = np.concatenate([places.normal[:, None], places.tangential], axis=1)[state.guess.opened]
         return np.unique(numbers[numbers >= 0])
 
+    def slipped(self, gap: Floats) -> Floats:
+        """Mean slip (k, 2) about `vertices` along their tangents, mm, of gaps `ContactState.gap` (n_J,)."""
+        shear, interface = self.vertices.shear, self.interface
+        moments = gap[np.searchsorted(interface, np.maximum(shear, interface[0]))]
+        return np.where(shear >= 0, moments, 0.0) / self.vertices.area[:, None]
+
     def sticking_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
         return self.sticking(self.problem.loaded, self._resultants)[0]
@@ -246,6 +280,10 @@ class Assembled:
         problem = self.problem
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
         return Load(gap, problem.sums(forces, moments), self._resultants @ weights, np.asarray(weights))
+
+    def as_here(self, load: Load, elsewhere: "Assembled") -> Load:
+        """Return a load on the same parts, put together in another way, as one on these."""
+        return replace(load, gap=load.gap + self._made - elsewhere._made)  # noqa: SLF001
 
     def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
@@ -289,6 +327,16 @@ class FrictionCycle:
                 pool.shutdown(cancel_futures=True)
         return [self._assembled.system.together([of_end[k] for of_end in states]) for k in range(len(loads))]
 
+    def continued(self, places: Floats) -> Floats:
+        """What (n_J, n) makes gaps `ContactState.gap` at places go on from the first increment to the end.
+
+        The last cycle of each end of the rod begins at an increment of its own; what it leaves of slip lies
+        between there and the end. The number of increments is the place of the end. Errors as of `at`.
+        """
+        self.at([], np.zeros(0))
+        left = [np.outer(end.left, places >= end.beginning) for end in self._ends]
+        return np.asarray(np.sum(left, axis=0))
+
 
 class _Instants:
     """Instants of a cycle, by the number of the increment before them."""
@@ -309,6 +357,17 @@ class _CycleOfEnd:
     def __init__(self, assembled: Assembled, loads: Sequence[Load], exact: Tolerances, end: int) -> None:
         self._assembled, self._loads, self._steps = assembled, loads, partial(assembled.steps, exact, end)
         self._settled: list[ContactState] | None = None
+
+    @property
+    def beginning(self) -> int:
+        """Number of the increment at which the last cycle begins, from 1 to their number."""
+        return (len(self._settled or ()) - 2) % len(self._loads) + 1
+
+    @property
+    def left(self) -> Floats:
+        """What the last cycle left of slip, in gaps (n_J,); those of the other end stay as they are."""
+        last, first = ((self._settled or [])[-number] for number in (1, 1 + len(self._loads)))
+        return np.asarray(last.gap - first.gap)
 
     def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[Future[_Part]]:
         """Go through the cycle until friction has settled, and leave the instants to a pool.

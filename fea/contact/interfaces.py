@@ -343,6 +343,13 @@ class MatingFaces(ContactInterface):
             start += len(vertices)
         return numbers[0], numbers[1]
 
+    @property
+    def mates(self) -> Ints:
+        """Nodes (n,) of the second side, opposite to those of the pressures."""
+        mates = np.empty(self.pressing.size, dtype=np.int64)
+        mates[self.pressing.corners] = self.opposite[1][:, :3]
+        return mates
+
     def initial(self) -> Floats:
         """Moments (size,) of the gap between the parts as made."""
         return np.pad(-self.interference * self.pressing.weights, (0, self.size - self.pressing.size))

@@ -12,7 +12,8 @@ the rigid motions of the parts have gone as well. Only what opens or slips is an
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -84,7 +85,7 @@ class ContactProblem:
             compliance[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
         self.loaded = self.unfolding.moments(loaded)
         self.cell_compliance, self.compliance = compliance, self.unfolding.compliance(compliance)
-        self.initial = self.gaps(np.concatenate([interface.initial() for interface in self.interfaces]))
+        self.initial = self._as_made()
         columns = []
         for number, bore in enumerate(self.bores):
             along_x, along_y = (self._on_cell(number, shift) for shift in bore.shifted())
@@ -97,6 +98,17 @@ class ContactProblem:
             tilts = zip(*(bore.tilted() for bore in self.bores), strict=True)
             columns += [self.gaps(self._on_cell(0, np.concatenate(turned))) for turned in tilts]
         self.rigid = np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
+
+    def _as_made(self) -> Floats:
+        return self.gaps(np.concatenate([interface.initial() for interface in self.interfaces]))
+
+    def crushed(self, share: float) -> "ContactProblem":
+        """Return the same problem with so many times the interferences between the parts."""
+        other = copy(self)
+        other.faces = tuple(replace(face, interference=share * face.interference) for face in self.faces)
+        other.interfaces = (*self.bores, *other.faces, *self.bolts)
+        other.initial = other._as_made()  # noqa: SLF001 - its own
+        return other
 
     @cached_property
     def system(self) -> ContactSystem:

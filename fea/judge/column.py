@@ -81,15 +81,19 @@ def column(
 
 
 def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float:
-    """Critical load, N, of a column of varying section: (EI w″)″ + P w″ = 0.
+    """Critical load, N, of a column of varying section EI (n,), N·mm², linear between x (n,), mm."""
+    return buckling_mode(x, (bending_stiffness[1:] + bending_stiffness[:-1]) / 2, built_in=built_in)[0]
 
-    Beam elements with cubic deflections between the stations x (n,), mm, and EI (n,), N·mm², linear between
-    them (Przemieniecki 1968, chapter 15). Both ends are built in, or both pinned.
+
+def buckling_mode(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> tuple[float, Floats]:
+    """Critical load, N, of a column of varying section, and its mode: (EI w″)″ + P w″ = 0.
+
+    Beam elements with cubic deflections between the stations x (n,), mm, of EI (n − 1,), N·mm² (Przemieniecki
+    1968, chapter 15). Both ends are built in, or both pinned. The mode is deflection and slope (n, 2).
     """
     n = 2 * len(x)
     K, G = np.zeros((2, n, n))
-    middle = (bending_stiffness[1:] + bending_stiffness[:-1]) / 2
-    for i, (h, stiffness) in enumerate(zip(np.diff(x), middle, strict=True)):
+    for i, (h, stiffness) in enumerate(zip(np.diff(x), bending_stiffness, strict=True)):
         dofs = slice(2 * i, 2 * i + 4)
         scale = np.diag([1.0, h, 1.0, h])
         K[dofs, dofs] += stiffness / h**3 * scale @ _BENDING @ scale
@@ -98,8 +102,10 @@ def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float
     free = np.array([i for i in range(n) if i not in held])
     inner = np.ix_(free, free)
     stiffness, load = (sparse.csc_array(matrix[inner]) for matrix in (K, G))
-    largest = eigsh(load, 1, stiffness, which="LA", v0=np.ones(len(free)), return_eigenvectors=False)
-    return float(1 / largest[0])
+    largest, shape = eigsh(load, 1, stiffness, which="LA", v0=np.ones(len(free)))
+    mode = np.zeros(n)
+    mode[free] = shape[:, 0]
+    return float(1 / largest[0]), mode.reshape(-1, 2)
 
 
 _BENDING = np.array(

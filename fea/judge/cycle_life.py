@@ -14,6 +14,7 @@ failure is expected by 10⁸ cycles.
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +33,9 @@ _AT_SHORT, _KNEE = 0.75, 1e6
 _ASSUMED, _BAND = 0.138, 2.0
 LONGEST = 1e8  # cycles: beyond, only that no failure is expected by them is stated
 LOW_CYCLE = 1e4  # cycles below which the stress of a notch is not elastic
+# Standard deviations of the pressure of a single cycle that must do no damage where life is unlimited.
+TAIL = 3.0
+_PRESSURES = 5  # normal pressures of cycles that stand for all of them
 
 
 @dataclass(frozen=True)
@@ -63,28 +67,35 @@ def assumed_line(material: Material) -> Basquin | None:
     return Basquin(short / (2 * SHORT) ** exponent, exponent)
 
 
-def with_line(material: Material) -> Material:
-    """Return a material with its S–N line, else with one that is assumed, which may be none."""
-    return line_at(material, *(surface.factor for surface in material.marin.surfaces.values()))[0]
+def life_line(material: Material, surface: Floats | float) -> LifeLine | None:
+    """Return the line of places of surface factors k_a (n,), its own or an assumed one.
 
-
-def line_at(material: Material, *surfaces: float) -> tuple[Material, LifeLine | None]:
-    """Return a material as `with_line`, and the line of places of surface factors k_a.
-
-    Raises `InvalidValue`: its own S–N line does not fit its endurance limit.
+    None where neither is known, or where the assumed one does not fit. Raises `InvalidValue`: its own S–N
+    line does not fit its endurance limit.
     """
-    own = replace(material, basquin=material.basquin or assumed_line(material))
-    try:
-        return own, LifeLine.of(own, np.array(surfaces))
-    except InvalidValue:
-        if material.basquin is not None:
-            raise
-        return material, None
+    if material.basquin is not None:
+        return LifeLine.of(material, surface)
+    with suppress(InvalidValue):
+        return LifeLine.of(replace(material, basquin=assumed_line(material)), surface)
+    return None
 
 
 def band_of(*, assumed: bool) -> float:
     """Return by which share strengths may be lower and higher: of an assumed S–N line, or of a known one."""
     return _ASSUMED if assumed else _BAND * SCATTER
+
+
+def varied_pressure(scatter: float) -> list[tuple[float, float]]:
+    """Return shares of cycles, and the relative change of their gas load, by its coefficient of variation.
+
+    Normal by Gauss and Hermite; of share 0 are cycles of `TAIL` standard deviations, which any long life has.
+    """
+    if not scatter:
+        return [(1.0, 0.0)]
+    deviations, weights = np.polynomial.hermite_e.hermegauss(_PRESSURES)
+    shares = [*(weights / weights.sum()).tolist(), 0.0, 0.0]
+    factors = np.maximum(scatter * np.append(deviations, [-TAIL, TAIL]), -1.0)
+    return list(zip(shares, factors.tolist(), strict=True))
 
 
 def strength_share(material: Material, surface: Floats, cycles: float) -> Floats | None:
@@ -93,7 +104,7 @@ def strength_share(material: Material, surface: Floats, cycles: float) -> Floats
     In place of k_a it gives the factors by which stress may grow until places last so long and no longer.
     None where no S–N line is known or can be assumed.
     """
-    line = LifeLine.of(with_line(material), surface)
+    line = life_line(material, surface)
     return None if line is None else line.amplitude(cycles) / (material.endurance_limit or math.nan)
 
 
@@ -112,12 +123,12 @@ def cycle_life(
     None where neither its S–N line nor the strengths for one are known, or where these do not fit. Raises
     `InvalidValue`: its own S–N line does not fit its endurance limit.
     """
-    assumed, (lined, line) = material.basquin is None, line_at(material, surface)
+    assumed, line = material.basquin is None, life_line(material, np.array([surface]))
     if line is None or criterion_strength(criterion, material) is None:
         return None
     mean, amplitude = rainflow(history)
     shares, histories = zip(*(varied or [(1.0, history)]), strict=True)
-    counted = [reversed_amplitude(criterion, *rainflow(own), lined) for own in histories]
+    counted = [reversed_amplitude(criterion, *rainflow(own), material) for own in histories]
     reversed_, rate = np.concatenate(counted)[:, None], np.repeat(shares, [len(own) for own in counted])
     strain, band = StrainLine.of(material, line.knee, surface), band_of(assumed=assumed)
 

@@ -9,10 +9,7 @@ K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is larger and 
 767) with a tensile mean stress; a compressive one gives no benefit. The factors of surface and size make b
 steeper, so that they hold at the knee and have no effect on the first reversal.
 
-*Constants that are not known* are those of the uniform material law (Bäumel & Seeger, Materials Data for
-Cyclic Loading, Supplement 1, 1990; read in programs that implement it). Steel: σ_f′ = 1.5 S_u, b = −0.087,
-ε_f′ = 0.59 ψ, c = −0.58 with ψ = 1.375 − 125 S_u/E, at most 1. Aluminium and titanium: σ_f′ = 1.67 S_u,
-b = −0.095, ε_f′ = 0.35, c = −0.69.
+*Constants that are not known* are those of the uniform material law (`fea.base.uniform_law`).
 """
 
 import math
@@ -21,12 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from fea.base.material import Basquin, CoffinManson, Material, is_steel
+from fea.base.material import Basquin, CoffinManson, Material
+from fea.base.uniform_law import estimated_lines
 from geometry.arrays import Floats
 
-_LIGHT = 5e-9  # t/mm³: aluminium and titanium are below, bronze is above
 _LONGEST = 1e12  # reversals
-_BRITTLE = 0.1  # ψ below which the law of steels is not valid
 
 
 @dataclass(frozen=True)
@@ -47,7 +43,7 @@ class StrainLine:
 
         `knee`: cycles at the endurance limit, where k_a and the factor of size hold.
         """
-        marin, (estimated, ductile) = material.marin, _uniform_law(material) or (None, None)
+        marin, (estimated, ductile) = material.marin, estimated_lines(material) or (None, None)
         elastic, plastic = material.basquin or estimated, material.coffin_manson or ductile
         if elastic is None or plastic is None:
             return None
@@ -98,18 +94,3 @@ class StrainLine:
         if above(0.0) <= 0:
             return 0.5
         return math.inf if above(longest) >= 0 else math.exp(float(brentq(above, 0.0, longest))) / 2
-
-
-def _uniform_law(material: Material) -> tuple[Basquin, CoffinManson] | None:
-    """Estimate both lines from the ultimate strength; None where the law is not valid."""
-    ultimate = material.ultimate_strength
-    if ultimate is None:
-        return None
-    if is_steel(material.youngs_modulus):
-        ductile = min(1.375 - 125 * ultimate / material.youngs_modulus, 1.0)
-        if ductile < _BRITTLE:
-            return None
-        return Basquin(1.5 * ultimate, -0.087), CoffinManson(0.59 * ductile, -0.58)
-    if material.density < _LIGHT:
-        return Basquin(1.67 * ultimate, -0.095), CoffinManson(0.35, -0.69)
-    return None

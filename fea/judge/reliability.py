@@ -16,7 +16,7 @@ Places of a rod may depend on one another in any positive way: max P_i ≤ P ≤
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -24,6 +24,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
+from fea.judge.cycle_life import TAIL
 from fea.judge.fatigue import LifeLine
 from geometry.arrays import Floats, Ints
 
@@ -32,8 +33,8 @@ _REPLICATES, _LOADS, _COMMON, _OF_EACH = 8, 256, 64, 32
 # Logarithms of strength over median between which critical ones are looked for, and those of tables.
 _STRENGTHS = np.linspace(-1.5, 1.5, 601)
 # Standard deviations from the median of static strengths for which places have responses; and from the mean
-# of the pressure of a single cycle that must do no damage where life is unlimited.
-STATIC, TAIL = np.linspace(-4.0, 4.0, 9), 3.0
+# of further causes for which they have.
+STATIC, AWAY = np.linspace(-4.0, 4.0, 9), (-2.0, -1.0, 1.0, 2.0)
 # Cycles beyond which a life counts as unlimited, and the least and largest share that is computed.
 _LONGEST, _LEAST, _MOST = 1e15, 1e-15, 1 - 1e-15
 
@@ -66,8 +67,16 @@ class Place:
     amplitude: Floats  #: (n_gas, n) amplitudes of fully reversed stress of the cycles of a period, MPa
     #: (n_gas, len(STATIC)) logarithm of the largest of them over that at median static strength
     static: Floats | None = None
+    #: (n_causes, len(AWAY)) by how much the logarithm of amplitude over strength grows with further causes
+    responses: Floats = field(default_factory=lambda: np.zeros((0, len(AWAY))))
+    rate: Floats | None = None  #: (n_gas, n) how often each cycle occurs in a period; once, if none are given
     assumed: bool = False  #: whether the S–N line is
     node: int | None = None  #: on the whole rod, but of bolts
+
+    @property
+    def often(self) -> Floats:
+        """How often (n_gas, n) each cycle occurs in a period."""
+        return np.ones_like(self.amplitude) if self.rate is None else self.rate
 
     def damage(self, scatter: float) -> Floats:
         """Logarithm of the mean damage of a period (n_gas, n) at strengths `_STRENGTHS`.
@@ -76,7 +85,7 @@ class Place:
         """
         reversed_ = self.amplitude[:, :, None] / np.exp(_STRENGTHS)
         cycles = self.line.cycles(reversed_.reshape(-1, 1)).reshape(reversed_.shape)
-        of_gas = np.log((1 / cycles).sum(axis=1) + np.finfo(float).tiny)
+        of_gas = np.log((self.often[..., None] / cycles).sum(axis=1) + np.finfo(float).tiny)
         places, weights = np.polynomial.hermite_e.hermegauss(9 if scatter else 1)
         seen = np.maximum(self.gas[:, None] * (1 + scatter * places), 0)
         after, share = _cell(seen, self.gas)
@@ -88,6 +97,13 @@ class Place:
         factors = self.gas * (1 + TAIL * scatter * np.array([[-1.0], [0.0], [1.0]]))
         largest = np.interp(factors, self.gas, self.amplitude.max(axis=1)).max(axis=0)
         return np.asarray(np.log(np.maximum(largest, np.finfo(float).tiny) / float(self.line.limit[0])))
+
+
+def responded(away: Floats, response: Floats) -> Floats:
+    """Interpolate a response (len(AWAY),) at deviations (…) from the mean: beyond the ends, straight on."""
+    (lowest, low, high, highest), far = response, 2 * AWAY[-1]
+    values = [3 * lowest - 2 * low, lowest, low, 0.0, high, highest, 3 * highest - 2 * high]
+    return np.asarray(np.interp(away, [-far, *AWAY[:2], 0.0, *AWAY[2:], far], values))
 
 
 class BLife(NamedTuple):
@@ -104,6 +120,7 @@ class FirstFailure:
 
     def __init__(self, places: Sequence[Place], scatter: Scatter, seed: int = 0) -> None:
         self.places, self._scatter, self._seed = places, scatter, seed
+        self._causes = len(places[0].responses)
 
     def of_place(self, number: int, share: float) -> BLife:
         """Return when a place has failed in a share of the rods."""
@@ -148,9 +165,9 @@ class FirstFailure:
     @cached_property
     def _places_of_rods(self) -> list["_Critical"]:
         """The places under loads (n_replicates, n) of rods."""
-        z, scatter = _normal(_LOADS, 3, self._seed), self._scatter
+        z, scatter = _normal(_LOADS, 3 + self._causes, self._seed), self._scatter
         gas = np.exp(deviation(scatter.cylinder_pressure) * z[..., 0] + deviation(scatter.boost) * z[..., 1])
-        return [_Critical(place, scatter.cycle_pressure, gas, z[..., 2]) for place in self.places]
+        return [_Critical(place, scatter.cycle_pressure, gas, z[..., 2:]) for place in self.places]
 
     @cached_property
     def _common(self) -> Floats:
@@ -160,39 +177,42 @@ class FirstFailure:
     @cached_property
     def _places_of_engines(self) -> list["_Critical"]:
         """The places under loads (n_replicates, n_common, n) of rods with common causes."""
-        z, scatter = _normal(_OF_EACH, 2, self._seed + 2)[:, None], self._scatter
+        z, scatter = _normal(_OF_EACH, 2 + self._causes, self._seed + 2)[:, None], self._scatter
         engine = deviation(scatter.boost) * self._common[..., 1, None]
-        gas, static = np.broadcast_arrays(
-            np.exp(deviation(scatter.cylinder_pressure) * z[..., 0] + engine), z[..., 1]
-        )
-        return [_Critical(place, scatter.cycle_pressure, gas, static) for place in self.places]
+        gas = np.exp(deviation(scatter.cylinder_pressure) * z[..., 0] + engine)
+        own = np.broadcast_to(z[..., 1:], (*gas.shape, 1 + self._causes))
+        return [_Critical(place, scatter.cycle_pressure, gas, own) for place in self.places]
 
 
 class _Critical:
     """Logarithm of the strength, over the median, below which a place fails, under loads of one shape.
 
-    `cycle`: scatter of the gas load from cycle to cycle; `gas`: factors of its mean; `static`: standard
-    deviations of the static strength from its median.
+    `cycle`: scatter of the gas load from cycle to cycle; `gas`: factors of its mean; `others` (…, 1 +
+    n_causes): standard deviations of the static strength from its median, and of further causes.
     """
 
-    def __init__(self, place: Place, cycle: float, gas: Floats, static: Floats) -> None:
+    def __init__(self, place: Place, cycle: float, gas: Floats, others: Floats) -> None:
         self._place, self._damage, self._tail = place, place.damage(cycle), place.tail(cycle)
         self._after, self._part = _cell(gas, place.gas)
-        self._more: Floats | float = 0.0
+        self._more = np.zeros_like(gas)
+        for number, response in enumerate(place.responses, 1):
+            self._more = self._more + responded(others[..., number], response)
         if place.static is not None:
-            j, t = _cell(static, STATIC)
+            j, t = _cell(others[..., 0], STATIC)
             before, after = (
                 (1 - t) * place.static[i, j - 1] + t * place.static[i, j]
                 for i in (self._after - 1, self._after)
             )
-            self._more = (1 - self._part) * before + self._part * after
+            self._more = self._more + (1 - self._part) * before + self._part * after
 
     def critical(self, cycles: float) -> Floats:
         """Return it for failure by some cycles."""
-        log, line = math.log(cycles), self._place.line
+        log, place, line = math.log(cycles), self._place, self._place.line
         at = np.array([np.interp(log, -of_gas, _STRENGTHS) for of_gas in self._damage])
         if line.gentle is not None:
-            at = np.minimum(at, self._tail + math.log(max(cycles / line.knee, 1.0)) / line.gentle)
+            largest = place.amplitude.argmax(axis=1)[:, None]
+            often = cycles / line.knee * np.take_along_axis(place.often, largest, axis=1)[:, 0]
+            at = np.minimum(at, self._tail + np.log(np.maximum(often, 1.0)) / line.gentle)
         return np.asarray((1 - self._part) * at[self._after - 1] + self._part * at[self._after] + self._more)
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from fea.analysis.summary_figures import Summary
+from fea.output.overload_statements import bends, permanent_set
 from fea.output.units import factor, number, quantity
 
 # What flow that does not end does.
@@ -48,11 +49,13 @@ def flow_in_full(summary: Summary) -> Iterator[str]:
     yield from flow(summary)
     if (found := summary.plastic) is None or found.state == "collapses":
         return
-    left, longer = quantity(found.residual_MPa, "+.0f", "MPa"), found.set_um["length"]
-    moved = f"{quantity(abs(longer), '.2g', 'um')} {'longer' if longer > 0 else 'shorter'}"
+    left = quantity(found.residual_MPa, "+.0f", "MPa")
     yield (
-        f"Without load a stress of {left} is left there, and the rod is {moved} between the bores. It flows "
+        f"Without load a stress of {left} is left there, and the rod is "
+        f"{permanent_set(found.set_um, found.set_judged)}. It flows "
         f"under {', '.join(found.cases)}, at a strength of {quantity(found.strength_MPa, '.0f', 'MPa')}."
     )
+    if found.bending is not None:
+        yield bends(found.bending, f"that of {found.bending.case}")
     if found.strain_per_turn:
         yield f"In every turn {number(100 * found.strain_per_turn, '.2g')} % of plastic strain add up there."

@@ -9,6 +9,7 @@ earlier run is renamed to ``.<name>.<random>.backup``, which the next run restor
 import errno
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -193,6 +194,12 @@ def _unmake_parents(made: list[Path]) -> None:
     with suppress(OSError):
         for parent in made:
             parent.rmdir()
+
+
+def final(folder: Path) -> Path:
+    """Return where a folder will be that is being written (see `run_folder`); any other one as it is."""
+    being_written = rf"\.(.+)\.[0-9a-f]{{8}}\.{PART}"
+    return Path(*(re.sub(f"^{being_written}$", r"\1", name) for name in folder.parts))
 
 
 def _sibling(place: Path, kind: str) -> Path:

@@ -24,6 +24,7 @@ def life(summary: Summary) -> Iterator[str]:
         yield f"Life over the duty: {least} to {longest}, about {about} (assumed S–N line){damage}."
     else:
         yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
+    yield from _failing(found.reliability, "over the duty")
 
 
 def log_lines(summary: Summary) -> Iterator[str]:
@@ -44,12 +45,23 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
     if not _determined(life):
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic; the life is not determined."
-    known = life.reliability
-    if known is not None and not known.conditional and known.b10_hours is not None:
-        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
+    more = ""
+    if life.steady_is_undamaged:
+        more = (
+            " Cycles of mean pressure alone would do no damage: single ones of more pressure exceed the "
+            "endurance limit (cycle_pressure_percent of [scatter])."
+        )
+    for failing in _failing(life.reliability, speed):
+        return f"{failing}{more}"
     ends = life.cycles is not None and life.cycles <= LONGEST
     about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
-    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}."
+    return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}.{more}"
+
+
+def _failing(known: ReliabilityFigures | None, when: str) -> Iterator[str]:
+    """Say by when a tenth and half of the rods fail, where that is known."""
+    if known is not None and not known.conditional and known.b10_hours is not None:
+        yield f"{b_lives(known)} {when}: a tenth and half of such rods fail by then, {known.first} first."
 
 
 def lasting(life: CycleLifeFigures) -> str:

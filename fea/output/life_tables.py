@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
-from fea.analysis.life_figures import DutyFigures, LifeFigures
+from fea.analysis.life_figures import DutyFigures, LifeFigures, ReliabilityFigures
 from fea.analysis.summary_figures import Summary
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.units import coordinates, factor, number, place, quantity
@@ -69,9 +69,13 @@ _LIVES = tuple(TableColumn(f"B{share}", "h", f"b{share}_hours", ".3g") for share
 
 def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the hours by which shares of the rods have failed, of places and of the whole."""
-    life = None if summary.cycle is None else summary.cycle.life
-    if life is None or (found := life.reliability) is None:
-        return
+    cycle = None if summary.cycle is None else summary.cycle.life
+    for when, life in ((f"at {summary.rpm:g} rpm", cycle), ("over the duty", summary.life)):
+        if life is not None and life.reliability is not None:
+            yield _reliability_table(when, life.reliability)
+
+
+def _reliability_table(when: str, found: ReliabilityFigures) -> AnswerTable:
     rows: list[tuple[str, Any]] = [(f"{each.count} × {each.where}", each) for each in found.places]
     rows.append(("rod, places independent", found))
     if found.at_most is not None:
@@ -80,15 +84,19 @@ def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
         engine = {"b1_hours": "", "b10_hours": found.engine_b10_hours, "b50_hours": ""}
         rows.append((f"first of {found.rods} rods", SimpleNamespace(**engine)))
     causes = [f"{cause.replace('_', ' ')} {value:.3g} %" for cause, value in found.scatter_percent.items()]
-    caption = f"Hours at {summary.rpm:g} rpm by which 1, 10 and 50 % have failed"
+    for each in found.responses or ():
+        low, high = (number(change, "+.1f") for change in each.change_percent)
+        ends = f"amplitude {low} % at −2, {high} % at +2 of these"
+        causes.append(f"{each.cause} {each.deviation:.3g} {each.unit} ({ends})")
+    caption = f"Hours {when} by which 1, 10 and 50 % have failed"
     if found.conditional:
         caption += ", if the assumed strength or peak pressure is right"
     if found.failed_percent is not None:
-        least, most = (number(value, ".2g") for value in found.failed_percent)
+        least, most = (number(value, ".3g") for value in found.failed_percent)
         caption += f"; by {number(found.by_hours, 'g')} h {least} to {most} % of the rods have failed"
     error = number(found.sampling_error_percent, ".1g")
     caption += f"; standard deviations: {', '.join(causes)}; error of sampling {error} %"
-    yield AnswerTable.of(caption, "what fails", _LIVES, rows)
+    return AnswerTable.of(caption, "what fails", _LIVES, rows)
 
 
 _GAUGES = (

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.analysis.fretting import RubbedSurfaces
 from fea.analysis.result import RunResult
 from fea.analysis.summary_figures import Summary
 from fea.base.note import omission
@@ -22,6 +23,7 @@ from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
+from fea.output.plots.fretting import plot_fretting
 from fea.output.target import PictureError, picture_name
 from fea.output.text import csv_text, write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
@@ -189,8 +191,21 @@ def _write_film(path: Path, cycle: FilmCycle, number: int, x: float) -> None:
     write_cells(path, points, triangles, values, {})
 
 
+def _fretting(run: RunResult) -> Iterator[RunFiles]:
+    if run.fretting is not None:
+        yield _one("fretting.vtu", partial(_write_fretting, surfaces=run.fretting))
+
+
+def _write_fretting(path: Path, surfaces: RubbedSurfaces) -> None:
+    """Write the first surface of every pair that rubs; of its elements, an array by its name is 1 on it."""
+    masks = {name.value: (surfaces.pair == k).astype(np.uint8) for k, name in enumerate(surfaces.surfaces)}
+    write_cells(path, surfaces.points, surfaces.triangles, surfaces.fields, masks)
+
+
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
-    for name, data in {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}.items():
+    every = {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}
+    every |= {f"{name}.vtu": arrays for name, arrays in run.left.items()}
+    for name, data in every.items():
         if data:
             yield _one(name, partial(write_result, mesh=run.mesh, point_data=data, exact=False))
 
@@ -201,6 +216,9 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
         from fea.output.plots.chart import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
+    if run.fretting is not None:
+        length, rubbed = run.summary.rod.length_mm, run.fretting
+        yield _one("fretting.png", lambda path: plot_fretting(path, rubbed, length, title))
     touched = run.pictured and any(case.touch for case in run.cases.values())
     joined = any(case.assembly for case in run.cases.values())
     if not films and not touched and not joined:
@@ -219,6 +237,7 @@ def _pictures(run: RunResult) -> Iterator[RunFiles]:
     if run.pictured and run.speed is not None:
         results = [f"{name}.vtu" for name in run.cases]
         results += [ENVELOPE] if run.cycle is not None else []
+        results += [f"{name}.vtu" for name in run.left]
         results += [BUCKLING] if run.buckling is not None and run.buckling.shapes else []
         names = tuple(picture_name(name) for name in results)
         yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))
@@ -237,6 +256,7 @@ WRITERS = (
     Writer("write", _texts),
     Writer("write", _gauges),
     Writer("write", _films),
+    Writer("write", _fretting),
     Writer("write", _envelope_and_buckling),
     Writer("plot", _plots),
     Writer("picture", _pictures),

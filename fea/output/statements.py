@@ -24,8 +24,11 @@ from fea.output.assembly_statements import (
     linings,
 )
 from fea.output.bench_statements import fatigue_test
+from fea.output.defect_answer import defect_sizes, given_flaw
 from fea.output.flow_statements import flow, flow_in_full
+from fea.output.fretting import fretting, fretting_in_full
 from fea.output.life_statements import life, log_lines
+from fea.output.overload_statements import overload, overload_in_full
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, number, place, quantity
 
@@ -349,20 +352,24 @@ class Statement(NamedTuple):
 # The answer, by consequence: failed checks, what governs, doubts, remedies, the rest.
 STATEMENTS = (
     Statement(failed_checks, failed_checks),
+    Statement(given_flaw, given_flaw, "defects"),
     Statement(basis, basis, "results"),
     Statement(governs, governs),
     Statement(flow, flow_in_full, "results"),
+    Statement(overload, overload_in_full, "results"),
     Statement(life, life, "fatigue"),
     Statement(fatigue_test, fatigue_test, "results"),
     Statement(lambda _summary: (), log_lines, "fatigue"),
     Statement(_if_assembled(bolts_and_joint), _if_assembled(assembly_lines), "assembly"),
     Statement(film_lines, film_lines, "film"),
+    Statement(fretting, fretting_in_full, "fretting"),
     Statement(_notes(NoteKind.DOUBT)),
     Statement(not_converged, not_converged),
     Statement(lambda summary: linings(summary, summary.survival.required_safety_factor), linings, "results"),
     Statement(singular, singular),
     Statement(levers, levers),
     Statement(cycle, cycle),
+    Statement(defect_sizes, defect_sizes, "defects"),
     Statement(lambda _summary: (), head_gap, "head-clearance"),
     Statement(worst_edge, sharp_edges, "results"),
     Statement(_if_assembled(fits)),

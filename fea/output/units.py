@@ -98,6 +98,19 @@ def figure(value: float | None, digits: int = 4, name: str = "") -> str:
     return with_power(number(value, f".{digits}g", name)).replace("-", "−")
 
 
+def study_value(value: object, name: str) -> str:
+    """Return a value of a study as text, in the unit that is shown in place of its own."""
+    if value is None:
+        return UNKNOWN
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return figure(value if unit(name) == name else float(f"{in_unit(value, name):.6g}"), 10)
+    if isinstance(value, list | tuple):
+        return ", ".join(study_value(item, name) for item in value)
+    return str(value)
+
+
 def coordinates(at: Iterable[float]) -> str:
     """Return coordinates, mm, without their unit: a digit less than of other lengths is enough."""
     return ", ".join(number(coordinate, ".1f", "mm", coarser=1) for coordinate in at)

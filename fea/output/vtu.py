@@ -77,7 +77,8 @@ def write_result(
 
 
 def _to(step: float | Array, values: Array) -> Array:
-    return np.asarray(np.round(values / step) * step)
+    # A zero's sign is that of rounding errors, which differ with the number of threads.
+    return np.asarray(np.round(values / step) * step + 0.0)
 
 
 def _rounded(name: str, values: Array, von_mises: Array | None = None) -> Array:

@@ -17,6 +17,7 @@ import numpy as np
 from fea.contact.assembled import Assembled, FrictionCycle, TemperatureChange
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
+from fea.contact.fretting import Rubbing
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import MatingFaces, radial, uniform
 from fea.film.functions import FilmPressure
@@ -106,6 +107,12 @@ class AssemblyContact(BoreContact):
         other.sums = self.sums.of(other.assembled)
         return other
 
+    def varied(self, friction: float, crush: float) -> "AssemblyContact":
+        """Return the parts with another friction and so many times their interferences; errors as of it."""
+        other = copy(self)
+        other.assembled = self.assembled.varied(friction, crush)
+        return other
+
     def loads(self, instants: Instants, film: Floats | None = None) -> list[Load]:
         """What acts between the parts at instants; `film`: its weights (n_functions, n); 0: the pin acts."""
         pressed = np.zeros((len(self.unit_loads) - 4, len(instants))) if film is None else film
@@ -191,6 +198,21 @@ class AssemblyPins(ContactPins):
     def loads(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Load]:  # noqa: ARG002
         """What acts between the parts at instants of a cycle, or each from the assembled state."""
         return self.assembly.loads(instants)
+
+    def rubbing(self, cycle: CrankCycle, changed: tuple[float, float] | None = None) -> Rubbing:
+        """What rubs at the increments of a cycle, from the first until that comes again.
+
+        Between increments slip is divided, and shear may exceed what friction can carry. `changed`: another
+        friction, and how many times the interferences there are. Errors as of `respond`.
+        """
+        contact, history, loads = self.assembly, self._cycle(cycle)[0], self.loads(cycle.increments, cycle)
+        if changed is not None:
+            contact = contact.varied(*changed)
+            loads = [contact.assembled.as_here(load, self.assembly.assembled) for load in loads]
+            history = FrictionCycle(contact.assembled, loads)
+        places = np.arange(len(loads) + 1.0)
+        states = history.at(loads, places[:-1])
+        return Rubbing.of(contact.assembled, [*states, states[0]], history.continued(places))
 
     def _state(self, instant: Instants) -> ContactState:
         parts = self.assembly.assembled

@@ -94,10 +94,9 @@ class AssemblyStates:
         opened, slipping = state.guess.opened[mine], state.guess.slipping[mine]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT
-        edge, at, interface = self._edge[mine], vertices.shear[mine], self._assembled.interface
-        slipped = state.gap - self._assembled.tightened.gap  # since the parts were put together
-        moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
-        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T)
+        edge = self._edge[mine]
+        slipped = self._assembled.slipped(state.gap - self._assembled.tightened.gap)[mine]  # since assembly
+        slip = np.hypot(*slipped.T)
         return FaceState(
             area=float(area.sum()),
             force=force,
@@ -107,7 +106,7 @@ class AssemblyStates:
             opening=float(gap[widest]),
             opening_at=vector(vertices.place[mine[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
-            slip=float(np.where(opened, 0.0, slip / area).max()),
+            slip=float(np.where(opened, 0.0, slip).max()),
             shear=float(np.linalg.norm(self._shear(mine, state))) if plane else 0.0,
             friction=self._friction * force,
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,

@@ -331,9 +331,9 @@ class Films:
         """Take over what `at` returned in another process."""
         self._found[_key(cycle)] = *found, cycle.gas
 
-    def coarse(self, cycle: CrankCycle) -> FilmCycle:
-        """The coarse one alone; errors as of `at`."""
-        return self._integrated(cycle, self.bore, COARSE, None)
+    def coarse(self, cycle: CrankCycle, size: tuple[int, int, int] = COARSE) -> FilmCycle:
+        """The coarse one alone, or one of other cells and steps as `COARSE`; errors as of `at`."""
+        return self._integrated(cycle, self.bore, size, None)
 
     def opened(self, state: ContactState) -> float:
         """Share of the joint of a rod in parts that loads open: 0 where that is next to nothing."""

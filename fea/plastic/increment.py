@@ -51,16 +51,18 @@ class ElasticBody:
 
     def everywhere(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_all_nodes, 3) of the whole cell, mm, likewise."""
-        return self._by_side(forces, lambda side, part: side.everywhere(part)[None])[0]
+        return np.asarray(self._by_side(forces, lambda side, part: side.everywhere(part)[None])[0])
 
     def near(self, forces: Floats, missing: float) -> tuple[Floats, Floats]:
         """Return forces near given ones and the displacement that they cause, each (n_halves, n_nodes, 3).
 
-        Forces that were solved for before are combined, if at no node more than `missing` is left, relative to
-        what an element at yield exerts there. Else the given forces are solved for.
+        Forces that were solved for before are combined, if at no node more than `missing` is left, relative
+        to what an element at yield exerts there. Else the given forces are solved for.
         """
         self.steps += 1
-        return self._by_side(forces, lambda side, part: side.near(part, missing / self.halves * self.scale))
+        share = missing / self.halves
+        near, moved = self._by_side(forces, lambda side, part: side.near(part, share * self.scale))
+        return near, moved
 
     def _by_side(self, forces: Floats, found: Callable[["_Side", Floats], Floats]) -> Floats:
         """Combine what is found for each parity, (k, n, 3), to (k, n_halves, n, 3)."""

@@ -140,14 +140,26 @@ _AT_END, _TOWARDS_END = 0.1, 0.4
 
 def place_name(mesh: MeshedRod, node: int) -> str:
     """Return where a node of the whole rod is: a bore or a seat, an end, the cap, or a part of the shank."""
+    return place_names(mesh, np.array([node]))[0]
+
+
+def place_names(mesh: MeshedRod, nodes: Ints) -> list[str]:
+    """Return `place_name` of several nodes (n,)."""
     whole = mesh.whole
-    for surface, name in _NAMES.items():
-        if surface in whole.facets and (whole.facets[surface] == node).any():
-            part, lining = _LININGS.get(surface, ("", name))
-            return lining if part in mesh.parts else name
-    x, y, _ = (float(value) for value in whole.points[node])
-    length, along = mesh.bores.rod_length, whole.points[:, 0]
+    points, along = whole.points[nodes], whole.points[:, 0]
+    length = mesh.bores.rod_length
     big, small = -float(along.min()), float(along.max()) - length  # outer radii of the ends
+    names = [_between_bores(place, length, big, small) for place in points.tolist()]
+    for surface, name in reversed(_NAMES.items()):
+        if surface in whole.facets:
+            part, lining = _LININGS.get(surface, ("", name))
+            for row in np.flatnonzero(np.isin(nodes, whole.facets[surface])):
+                names[row] = lining if part in mesh.parts else name
+    return names
+
+
+def _between_bores(place: list[float], length: float, big: float, small: float) -> str:
+    x, y, _ = place
     if hypot(x, y) <= big:
         return "cap" if x < 0 else "big end"
     if hypot(x - length, y) <= small:

@@ -72,6 +72,19 @@ def gauss_places(n_nodes: int) -> Floats:
     return np.asarray(values @ reference_nodes(n_nodes))
 
 
+def mean_at_nodes(mesh: TetMesh, values: Floats) -> Floats:
+    """Values (n_nodes, k) from those at the Gauss points (n_elements, n_points, k) of second-order elements.
+
+    They are extrapolated linearly, and the mean over the elements at a node.
+    """
+    n_local = mesh.tets.shape[1]
+    known, wanted = (shape_functions(4, places(n_local).T)[0] for places in (gauss_places, reference_nodes))
+    at_nodes = wanted @ np.linalg.inv(known) @ values
+    sums = np.zeros((len(mesh.points), values.shape[-1]))
+    np.add.at(sums, mesh.tets, at_nodes)
+    return np.asarray(sums / np.bincount(mesh.tets.ravel())[:, None])
+
+
 def blocks(n_elements: int, size: int = BLOCK) -> Iterator[slice]:
     """Split 0…`n_elements` into consecutive slices."""
     for start in range(0, n_elements, size):

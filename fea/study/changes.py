@@ -9,8 +9,10 @@ from fea.base import choices
 from fea.base.shipped import TomlTable
 from fea.study.all_tables import TABLES
 from fea.study.assembly_table import AssemblyTable
-from fea.study.engine_table import EngineTable, with_preset
+from fea.study.defect_table import DefectTable
+from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
 from fea.study.film_table import FilmTable
+from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import (
     AnalysisTable,
@@ -20,6 +22,7 @@ from fea.study.option_tables import (
     OptimiseTable,
     OutputTable,
 )
+from fea.study.overload_table import OverloadTable
 from fea.study.rod_table import RodTable
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
@@ -37,14 +40,17 @@ class Changes(TypedDict, total=False):
     speed: SpeedTable | Keys | float | str | Sequence[float] | None
     duty: DutyTable | Keys | None
     scatter: ScatterTable | Keys | None
+    overload: OverloadTable | Keys | None
     forces: ForcesTable | Keys | None
     assembly: AssemblyTable | Keys | None
     mesh: MeshTable | Keys | None
     analysis: AnalysisTable | Keys | None
     contact: ContactTable | Keys | None
     film: FilmTable | Keys | None
+    defect: DefectTable | Keys | None
     optimise: OptimiseTable | Keys | None
     output: OutputTable | Keys | None
+    gauge: Sequence[GaugeTable | Keys] | None
 
 
 def changed_fields(study: Any, changes: Keys) -> TomlTable:
@@ -53,8 +59,8 @@ def changed_fields(study: Any, changes: Keys) -> TomlTable:
     Raises `InvalidValue`: a table or key is unknown, or a value breaks a rule.
     """
     for name in changes:
-        if name not in TABLES:
-            raise unknown_key("with_:", name, TABLES)
+        if name not in (*TABLES, "gauge"):
+            raise unknown_key("with_:", name, (*TABLES, "gauge"))
     usual = {field.name: field for field in dataclasses.fields(study)}
     fields: TomlTable = {}
     new = {name for name in changes if getattr(study, name) in (None, _default(usual[name]))}
@@ -66,6 +72,8 @@ def changed_fields(study: Any, changes: Keys) -> TomlTable:
             fields["part_material"] = {} if change is None else _parts(study.part_material, change)
         if change is None and name != "rod":
             fields[name] = _default(usual[name])
+        elif name == "gauge":
+            fields[name] = read_gauges(change)
         elif isinstance(change, RodTable if name == "rod" else TABLES[name]):
             fields[name] = change
         else:
@@ -90,8 +98,12 @@ def _changed(name: str, present: Any, change: Any) -> Any:
         change = {key: value for key, value in change.items() if not _is_part(key, value)}
         if not change:
             return present
-    if name == "engine" and isinstance(change, Mapping) and change.get("preset") is not None:
-        change = with_preset(in_own_units(EngineTable, name, change))
+    if name == "engine" and isinstance(change, Mapping):
+        change = in_own_units(EngineTable, name, change)
+        if change.get("preset") is not None:
+            change = with_preset(change)
+        if present is None or present.gas == "none":
+            change = with_implied_gas(change)
     table = changed_table(TABLES[name], name, present, change)
     return table.located(Path.cwd()) if name in ("engine", "duty") else table
 
@@ -127,7 +139,7 @@ def switched_on(raw: Keys) -> TomlTable:
     """Return the tables of a study with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "film": ("film", True)}
-    by_table |= dict.fromkeys(("duty", "scatter"), ("cycle", True))
+    by_table |= dict.fromkeys(("duty", "scatter", "defect"), ("cycle", True))
     switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
     if not switched or not isinstance(analysis, Mapping):
         return dict(raw)

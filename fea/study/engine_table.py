@@ -66,6 +66,28 @@ def _charged(preset: EnginePreset, raw: Mapping[str, object]) -> TomlTable:
     return figures
 
 
+_BURNING = {"fuel", "peak_pressure_bar"}  # keys of a gas that burns
+# Keys of a gas that do not say which.
+_OF_GAS = "compression_ratio", "intake_pressure_bar", "delivery_pressure_bar", "heat_ratio", "gas_scale"
+
+
+def with_implied_gas(raw: object) -> object:
+    """Return what a study says of its engine; with a fuel or a peak pressure and no gas, the gas burns.
+
+    Raises `InvalidValue`: a key has no effect, because no gas is given or implied.
+    """
+    if not isinstance(raw, Mapping) or "gas" in raw:
+        return raw
+    given = [name for name, value in raw.items() if value is not None]
+    if _BURNING.intersection(given):
+        return {"gas": "otto", **raw}
+    for name in _OF_GAS:
+        rule = "has no effect without gas: nothing would press on the piston"
+        remedy = 'Give peak_pressure_bar or fuel, with which the gas burns, or gas = "motored" or another.'
+        require(name not in given, f"engine.{name}", raw.get(name), rule, remedy)
+    return raw
+
+
 _CYCLES = ("boyle", "otto", "motored", "compressor", "none")
 _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load gives
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fea.base.shipped import TomlTable
+from fea.base.shipped import TomlTable, shipped_text
 from geometry.errors import InvalidValue, require
 
 _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
@@ -27,9 +27,12 @@ def located(name: str, path: str, folder: Path) -> Path:
     short = len(path.encode(errors="replace")) < _LONGEST
     require(short, name, path, f"must be shorter than {_LONGEST} bytes", remedy)
     try:
-        return (folder / path).resolve()
+        place = (folder / path).resolve()
+        loop = place.is_symlink()  # from Python 3.13 on, which no longer raises an error there
     except (OSError, RuntimeError, ValueError) as error:
         raise InvalidValue(name, path, f"is not a valid path ({error})", remedy) from error
+    require(not loop, name, path, "is not a valid path (its links lead round in a circle)", remedy)
+    return place
 
 
 def absolute(option: str, path: object) -> str:
@@ -103,3 +106,12 @@ def beside(path: Path) -> str:
     names = [each.name for each in folder.iterdir() if each.suffix.lower() == path.suffix.lower()]
     near = difflib.get_close_matches(path.name, names, n=1)
     return f"Did you mean {near[0]}?" if near else f"Check its name; relative paths start in {Path.cwd()}."
+
+
+def ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
+    """Return the remedy for a rod of a file without an engine, and a study to complete."""
+    remedy = (
+        f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
+        f"of your engine and material, and run fea run {name}.toml."
+    )
+    return remedy, f"{toml_text({'rod': dict(rod)})}\n{shipped_text('study/engine_to_edit.toml')}"

@@ -29,8 +29,17 @@ class GaugeTable(
 
 
 def read_gauges(raw: Any) -> tuple[GaugeTable, ...]:
-    """Read the gauges of a study. Raises `InvalidValue`: no list of tables, a wrong key or a broken rule."""
-    require(
-        isinstance(raw, list), "gauge", str(raw), "must be a list of tables", "Write [[gauge]] above each."
+    """Read the gauges of a study, tables of keys or `GaugeTable`.
+
+    Raises `InvalidValue`: no list of tables, a wrong key, a broken rule, or two gauges of one name.
+    """
+    rule = "must be a list of tables"
+    require(isinstance(raw, list | tuple), "gauge", str(raw), rule, "Write [[gauge]] above each.")
+    gauges = tuple(
+        each if isinstance(each, GaugeTable) else read_table(GaugeTable, "gauge", each) for each in raw
     )
-    return tuple(read_table(GaugeTable, "gauge", each) for each in raw)
+    names = [gauge.name for gauge in gauges if gauge.name is not None]
+    for name in names:
+        rule = "is the name of two gauges"
+        require(names.count(name) == 1, "gauge.name", name, rule, "Give each its own.")
+    return gauges

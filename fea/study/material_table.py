@@ -11,20 +11,20 @@ import numpy as np
 from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
-    YIELD_STRAIN,
     Basquin,
     CoffinManson,
     Marin,
     Material,
     SurfaceFinish,
-    estimated_cyclic_yield,
     estimated_endurance,
     finish_factor,
+    hardness_of,
     is_steel,
     load_factor,
     size_factor,
 )
 from fea.base.shipped import TomlTable, shipped_toml
+from fea.base.uniform_law import YIELD_STRAIN, estimated_cyclic_yield
 from fea.base.units import GPA, KG_M3
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
 from fea.study.tables import Positive, StudyTable, entries_of, key, within
@@ -211,6 +211,9 @@ class MaterialTable(StudyTable, table="material"):
         "false",
         "whether the gradient of stress supports the surface (FKM); default: of steel, without size_mm",
     )
+    hardness_HV: float | None = key(
+        "320.0", "Vickers, of a low-alloy steel, for defects; default: by the ultimate", within(80, 700)
+    )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6", "for an assembly's temperature; default: that of the metal"
     )
@@ -257,6 +260,8 @@ class MaterialTable(StudyTable, table="material"):
             marin=marin,
             basquin=table.basquin(),
             support=table.supported(),
+            hardness=table.hardness(modulus),
+            hardness_estimated=table.hardness_HV is None,
             coffin_manson=None if None in ductility else CoffinManson(*ductility),
             cyclic_yield=table.cyclic_yield(modulus),
             cyclic_estimated=table.cyclic_yield_MPa is None and table.cyclic_strength_exponent is None,
@@ -273,6 +278,13 @@ class MaterialTable(StudyTable, table="material"):
         rule = 'cannot be combined with size_mm or loading = "bending", which contain it'
         require(not (bent and self.support), "material.support", self.support, rule, remedy)
         return self.support
+
+    def hardness(self, modulus: float) -> float | None:
+        """Return the Vickers hardness, else by the strength of a steel. Raises `InvalidValue`: no steel."""
+        given, steel = self.hardness_HV, is_steel(modulus)
+        rule = f"is used of low-alloy steel only, and E_GPa = {modulus / GPA:g} is of another metal"
+        require(steel or given is None, "material.hardness_HV", given, rule, "Leave it out.")
+        return hardness_of(self.ultimate_MPa) if steel and not given and self.ultimate_MPa else given
 
     def cyclic_yield(self, modulus: float) -> float | None:
         """Return the cyclic yield strength, MPa, given or estimated; None where neither is possible.

@@ -190,7 +190,7 @@ _OWN = {"C": "degC", "deg": "deg", "hours": "hour"}
 _LONGEST = 40  # letters of a unit
 # What pressures of gases and oil refer to, by the keys without their units; no other key has a reference.
 REFERENCES = {
-    **dict.fromkeys(("peak_pressure", "intake_pressure", "atmosphere"), "absolute"),
+    **dict.fromkeys(("peak_pressure", "intake_pressure", "atmosphere", "knock"), "absolute"),
     **dict.fromkeys(("boost", "inlet", "small_end_inlet"), "gauge"),
 }
 _PRESSURES = ("bar", "MPa", "GPa")

@@ -127,6 +127,10 @@ class AnalysisTable(StudyTable, table="analysis"):
         "fatigue",
         stated=False,
     )
+    fretting: bool = switch(
+        "find where the parts of [assembly] rub over the crank cycle (fretting); includes the cycle",
+        "fretting",
+    )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     elastic: bool = switch("leave out plastic flow: what exceeds the yield strength fails", "elastic")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
@@ -149,6 +153,7 @@ class AnalysisTable(StudyTable, table="analysis"):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        object.__setattr__(self, "cycle", self.cycle or self.fretting)
         if self.in_contact:
             clamped = self.support is choices.Support.CLAMPED
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."

@@ -3,12 +3,13 @@
 Defaults. Strength: 8 % (Stulen, Cummings & Schulte 1961, as Shigley's Mechanical Engineering Design quotes
 it). Yield 7 % and ultimate strength 4 %: rolled steel in the JCSS Probabilistic Model Code (2001), part 3, as
 lecture notes of ETH Zürich (Faber) print it. Pressure from cycle to cycle: 5 % (Heywood 1988, §9.4.1); that
-of a diesel, of cylinders among one another and what a batch has in common are assumed.
+of a diesel, of cylinders among one another and what a batch has in common are assumed. Preload, by the way of
+tightening: VDI 2230, as `fea/study/bolts.toml` has it. Clearances and friction have no default.
 """
 
 from dataclasses import dataclass
 
-from fea.study.tables import Positive, StudyTable, key, within
+from fea.study.tables import NotNegative, Positive, StudyTable, key, within
 from geometry.errors import require, require_number
 
 _MOST = 50.0
@@ -18,6 +19,9 @@ _REMEDY = "Give a standard deviation in per cent of the mean; 0 switches it off.
 def _percent(name: str, value: object) -> None:
     rule = f"must lie between 0 and {_MOST:g} %"
     require(0 <= require_number(name, value) <= _MOST, name, value, rule, _REMEDY)
+
+
+_solved = within(0, 40, " %")  # two standard deviations must leave something
 
 
 @dataclass(frozen=True)
@@ -55,4 +59,17 @@ class ScatterTable(
         "of the gas load from cycle to cycle, in every rod (diesel: 1.5, assumed; 0 without combustion)",
         _percent,
     )
+    preload_percent: float | None = key(
+        "10.0",
+        "of the preload of the bolts. The crank cycle is solved again four times, as for friction, and for "
+        "clearances eight times",
+        _solved,
+    )
+    tightening: bool = key(
+        "true",
+        "the usual scatter of the preload by the way of tightening (VDI 2230), if none is given",
+        default=False,
+    )
+    friction_percent: float | None = key("20.0", "of the friction between the parts", _solved)
+    clearance_um: NotNegative | None = key("3.0", "of the diametral clearance of each pin, in um")
     hours: Positive | None = key("100.0", "by which the share of rods that have failed is sought")

@@ -8,13 +8,23 @@ from typing import Any, Unpack
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
-from fea.base.shipped import TomlTable, shipped_names, shipped_text, shipped_toml
-from fea.study.all_tables import TABLES
+from fea.base.shipped import TomlTable, shipped_names, shipped_toml
+from fea.study.all_tables import TABLES, with_own_units
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.changes import Changes, changed_fields, parted, switched_on
+from fea.study.defect_table import DefectTable
 from fea.study.engine_library import engine_preset
-from fea.study.engine_table import EngineTable, with_preset
-from fea.study.files import beside, is_file, located, parse_toml, read_toml, require_text, toml_text
+from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
+from fea.study.files import (
+    beside,
+    is_file,
+    located,
+    parse_toml,
+    read_toml,
+    ready_study,
+    require_text,
+    toml_text,
+)
 from fea.study.film_table import FilmTable
 from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
@@ -27,21 +37,20 @@ from fea.study.option_tables import (
     OptimiseTable,
     OutputTable,
 )
+from fea.study.overload_table import OverloadTable
 from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.python_words import python_words
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
-from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
+from fea.study.tables import entries_of, nearest, read_table, unknown_key, with_units
 from fea.study.two_stroke import BIG
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
 
 DEFAULT_STUDY = "leon-2001"
-
-
 # Where a study says nothing of the material.
 ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
 # Speeds that differ by more are not of one engine: 6000,5 has a decimal comma.
@@ -61,11 +70,13 @@ class Study:
     speed: SpeedTable = field(default_factory=SpeedTable)
     duty: DutyTable | None = None
     scatter: ScatterTable | None = None
+    overload: OverloadTable | None = None
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
     contact: ContactTable = field(default_factory=ContactTable)
     film: FilmTable = field(default_factory=FilmTable)
+    defect: DefectTable = field(default_factory=DefectTable)
     assembly: AssemblyTable | None = None
     optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
@@ -93,10 +104,12 @@ class Study:
         for name, path in (("directory", self.output.directory), ("animate", self.output.animate)):
             if path is not None:
                 located(f"output.{name}", path, self.folder)
-        if self.output.pvd_step_deg is not None:
-            step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
-            require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
+        over_cycle = {"output.pvd_step_deg": self.output.pvd_step_deg, "defect.size": self.defect.size}
+        for name, value in over_cycle.items():
+            rule = "has no effect without the crank cycle"
+            require(value is None or self.analysis.cycle, name, value, rule, "Add --cycle.")
         self._require_film()
+        _ = self.defect.size and self.defect.metal(self.material)  # which may not be known
         if self.forces is not None:
             given = list(self.forces.pin_N)
             rule, remedy = "cannot be combined with [engine]", "Remove one of them."
@@ -218,7 +231,7 @@ class Study:
         if self.forces is not None:
             rule, remedy = "has no [engine], so there is no crank cycle", "Given forces are for fea run."
         elif self.rod.from_file:
-            remedy, example = _ready_study(self.name, self.rod.as_dict())
+            remedy, example = ready_study(self.name, self.rod.as_dict())
         raise InvalidValue("STUDY", self.name, rule, remedy, example)
 
     @property
@@ -256,8 +269,8 @@ class Study:
 
         A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced
         by a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it;
-        and taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or
-        a key is unknown, or a value breaks a rule.
+        and taken away by None; ``gauge`` by a list of tables. Files are relative to the current directory.
+        Raises `InvalidValue`: a table or a key is unknown, or a value breaks a rule.
 
         Examples
         --------
@@ -340,6 +353,7 @@ class Study:
             "speed": self.engine is not None and (self.speed.rpm is not None or self.duty is None),
             "contact": self.in_contact,
             "film": self.analysis.needs_film,
+            "defect": self.defect != DefectTable(),
             "mesh": self.rod.mesh is None,
         }
         for name in TABLES:
@@ -410,9 +424,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = parted(switched_on(with_own_units(raw)))
     if "engine" in raw:
-        raw["engine"] = with_preset(raw["engine"])
-        if isinstance(raw["engine"], dict) and "fuel" in raw["engine"]:  # which burns
-            raw["engine"] = {"gas": "otto", **raw["engine"]}
+        raw["engine"] = with_implied_gas(with_preset(raw["engine"]))
     given = [key for key in TABLES if key in raw and key != "rod"]
     tables = {key: read_table(TABLES[key], key, raw[key]) for key in given}
     rod = _rod(raw, folder)
@@ -421,12 +433,6 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
             tables[key] = tables[key].located(folder)
     gauges = read_gauges(raw.get("gauge", []))
     return Study(name, rod, part_material=part_material, gauge=gauges, folder=folder, **tables)
-
-
-def with_own_units(raw: Mapping[str, Any]) -> TomlTable:
-    """Return the tables of a study with values that have units as `in_own_units`; errors as there."""
-    tables = {name: table for name, table in raw.items() if name in TABLES and isinstance(table, Mapping)}
-    return {**raw, **{name: in_own_units(TABLES[name], name, table) for name, table in tables.items()}}
 
 
 def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
@@ -439,11 +445,3 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
             raise
         remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()
         raise InvalidValue(error.name, error.value, error.rule, remedy) from error
-
-
-def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
-    remedy = (
-        f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
-        f"of your engine and material, and run fea run {name}.toml."
-    )
-    return remedy, f"{toml_text({'rod': dict(rod)})}\n{shipped_text('study/engine_to_edit.toml')}"

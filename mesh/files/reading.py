@@ -334,6 +334,7 @@ def _bulk_data(path: Path) -> io.StringIO:
     if "\nCTETRA*" in text:
         what = "its CTETRA entries are in large fields, which are not supported"
         raise MeshError(f"{what}. Write them in small ones")
+    text = re.sub(r"(?<=[\d.])[Dd](?=[+-]\d)", "E", text)  # double precision
     text = re.sub(r"(?m)^(?: {8}|(?=,))(?=.*\S)", lambda blank: "+".ljust(len(blank[0])), text)
     begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
     end = "" if "\nENDDATA" in text else "\nENDDATA\n"
@@ -359,8 +360,14 @@ def _netgen_sections(path: Path) -> io.StringIO:
 _PREPARED = {"nastran": _bulk_data, "netgen": _netgen_sections}
 
 
+_VTU_HEAD = 1000  # bytes that hold the first element of a VTU file, which names the compressor
+_LZ4 = "its arrays are compressed with LZ4, which is not supported"
+
+
 def _through_meshio(path: Path, name: str) -> TetFile:
     read = import_module(f"meshio.{name}").read
+    if name == "vtu" and b"vtkLZ4DataCompressor" in path.read_bytes()[:_VTU_HEAD]:
+        raise MeshError(f"{_LZ4}. Save it with ZLib, or without compression")
     try:
         mesh = read(_PREPARED[name](path) if name in _PREPARED else str(path))
     except Exception:

@@ -7,7 +7,8 @@ import pytest
 from studies import PLAIN
 
 from fea.analysis import pipeline
-from fea.analysis.life import COUNTED, every_cycle
+from fea.analysis.cycle.operation import every_cycle
+from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
@@ -269,7 +270,7 @@ def test_stays_and_the_cycles_between_them_are_those_of_the_whole_history(tmp_pa
     ]
     whole = np.concatenate([np.tile(histories[cell], periods) for cell in log.bin_of])
     rates = [3600 * periods * each.share for each in log.bins]
-    mean, amplitude, rate, _, between = every_cycle(histories, rates, log)
+    mean, amplitude, rate, _, between, _ = every_cycle([(1.0, histories)], rates, log)
     assert between.any()
     expected = rainflow(whole)
     hours = len(whole) / 4 / periods / 3600

@@ -148,3 +148,11 @@ def test_the_history_over_the_cycle_passes_through_the_load_cases():
             at = np.interp(case.load.crank_angle, result.cycle.angles, history)
             # Superposed stress differs by less than 1e-3 of the largest, and angles are whole degrees.
             assert at == pytest.approx(strain, abs=2e-3 * np.abs(history).max())
+    # At a speed of many, whose cases are superposed alone: the same but for the error of the mesh.
+    cases = list(result.cases.values())
+    solved = gauge.figures(cases, history)
+    found = gauge.superposed(rod.full_cycle, [case.load for case in cases], rod.crank_cycle(6000.0))
+    assert found.history_um_m == pytest.approx(solved.history_um_m, rel=1e-9)
+    for name, case in solved.cases.items():
+        assert found.cases[name].strain_um_m == pytest.approx(case.strain_um_m, rel=1e-3)
+        assert found.cases[name].error_um_m is None

@@ -3,8 +3,8 @@ import pytest
 from written_figures import buckling, summary
 
 from fea.analysis.life_figures import CycleFigures, PlaceFigures
-from fea.analysis.many_speeds import first_below, rounded, speed_map
-from fea.analysis.summary_figures import BucklingModeFigures
+from fea.analysis.many_speeds import case_rows, first_below, rounded, speed_map
+from fea.analysis.summary_figures import BucklingModeFigures, GaugeCaseFigures, GaugeFigures
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}
 
@@ -76,3 +76,10 @@ def test_without_fatigue_data_only_yielding_is_mapped():
 )
 def test_a_critical_speed_is_told_in_three_digits(rpm, said):
     assert rounded(rpm) == said
+
+
+def test_the_map_has_the_strain_of_gauges():
+    strain = GaugeCaseFigures(strain_um_m=412.5, error_um_m=None)
+    gauges = (GaugeFigures(name="gauge 1", at_mm=(1, 2, 3), cases={"tension": strain}),)
+    titles, row = case_rows([summary(rpm=3000.0, gauges=gauges)])
+    assert dict(zip(titles, row, strict=True))["gauge_1_um_m"] == "412.5"

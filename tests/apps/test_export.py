@@ -209,7 +209,9 @@ def test_every_reader_finds_the_components_of_a_tensor(left, tmp_path):
     np.testing.assert_allclose(values[list(tags).index(node + 1)], whole, rtol=1e-6)
     export_run(folder, tmp_path / "rod.med")
     with h5py.File(tmp_path / "rod.med") as file:
-        names = file["CHA/tension_stress"].attrs["NOM"]
+        names, mesh = (file["CHA/tension_stress"].attrs[key] for key in ("NOM", "MAI"))
+        # FreeCAD finds a mesh by the name of its file alone.
+        assert [*file["ENS_MAA"]] == [*file["FAS"]] == [mesh.decode()] == ["rod"]
     assert names.decode().split() == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
 
 

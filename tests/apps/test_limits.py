@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from cycles import analysis
 from engines import LEON_ROD
 from matplotlib.image import imread
 from program import fea as program
@@ -18,16 +19,27 @@ import fea
 from fea.analysis.assembling import AssemblySetup
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
+from fea.analysis.cycle.candidates import RowHistories
+from fea.analysis.cycle.figures import life_figures
+from fea.analysis.pipeline import solve_speed, with_cycle
+from fea.apps.limits import factors
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY, ScaledEngine
-from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
+from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors, SuperposedFactors
 from fea.apps.limits.figures import LargestValue
 from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.base.choices import Fatigue, Symmetry
+from fea.base.material import Material
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
+from fea.judge.cycle_life import cycle_life, varied_pressure
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.history import deviatoric
+from fea.judge.rainflow import rainflow
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
 from fea.study.option_tables import ForcesTable
+from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
@@ -50,7 +62,7 @@ def with_engine(**keys):
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("limits")
     flags = ("--size", 14, "--pressure", "cosine-180", "--min-rpm", 3000, "--min-boost", 5, "--units", "us")
-    flags = (*flags, "--material", STEEL, "--duty")
+    flags = (*flags, "--material", STEEL, "--duty", "--rpm", "5100")
     done = program("limits", "leon-2001", *flags, "--out", "out", cwd=place)
     assert done.returncode == 6, done.stderr  # it stands no such boost
     assert "Up to" in done.stdout
@@ -73,23 +85,48 @@ def test_the_boost_that_is_safe_is_that_of_the_sentence(folder):
     assert f"({summary['safe_boost']:.2g} bar of boost)" in summary["text"]
 
 
+@pytest.mark.usefixtures("coarse_bores")
+def test_minutes_are_those_of_a_run_with_its_cycle():
+    """Below 10⁴ cycles by strain, as `fea run --cycle` finds them, here where every cycle is the mean one."""
+    whole = analysis(Symmetry.QUARTER, 20.0)
+    weak = replace(whole.materials[0], ultimate_strength=380.0, endurance_limit=120.0, basquin=None)
+    scatter = ScatterTable(cycle_pressure_percent=0.0)
+    rod = replace(
+        whole,
+        structure=replace(whole.structure, materials=(weak,)),
+        study=replace(whole.study, scatter=scatter),
+    )
+    cycle = rod.crank_cycle(6000.0)
+    model = SuperposedFactors(rod, rod.full_cycle.supported(cycle))
+    model.survey(cycle)
+    found = model.life(cycle)
+    solved = with_cycle(rod, solve_speed(rod, 6000.0))
+    expected = life_figures(solved.cycle, rod, 6000.0)
+    assert expected.by_strain
+    assert found.by_strain
+    # A few per cent apart: of strain another place than that of the smallest factor may be the worst.
+    assert found.cycles == pytest.approx(expected.cycles, rel=0.05)
+    assert found.low / 180_000 == pytest.approx(expected.low_hours, rel=0.05)
+    assert found.cycles < 1e4
+
+
 def test_hours_are_those_of_a_run_with_a_duty(folder):
     """At the instants that decide, and interpolated on the map; 1 % of stress is a tenth of the hours."""
     summary = json.loads((folder / "summary.json").read_text())
-    duty = DutyTable(rpm=(6000.0,), hours=(1.0,))
+    duty = DutyTable(rpm=(5100.0,), hours=(1.0,))
     own = study(duty=duty, analysis=replace(study().analysis, cycle=True))
-    hours = fea.analyse(own, rpm=6000, material=STEEL).summary.life.hours
-    assert summary["life_hours"]["6000"] == pytest.approx(hours, rel=0.03)
-    assert "at 6000 rpm and the study's load: " in summary["text"]
-    assert summary["life"]["6000"]["low_hours"] < hours < summary["life"]["6000"]["high_hours"]
+    hours = fea.analyse(own, rpm=5100, material=STEEL).summary.life.hours
+    assert summary["life_hours"]["5100"] == pytest.approx(hours, rel=0.03)
+    assert "at 5100 rpm and the study's load: " in summary["text"]
+    assert summary["life"]["5100"]["low_hours"] < hours < summary["life"]["5100"]["high_hours"]
     rows = [*csv.DictReader((folder / "life.csv").read_text().splitlines())]
     rpm, peak = (
         np.array(sorted({float(row[name]) for row in rows})) for name in ("rpm", "peak_pressure_bar")
     )
     table = np.array([float(row["hours"]) for row in rows]).reshape(len(rpm), len(peak))
     level = RegularGridInterpolator((rpm, peak), np.log(table))
-    own_peak = ScaledEngine(EngineLoading.of(own.engine, own.rod.length), None).peak(6000.0) / BAR
-    assert np.exp(level((6000.0, own_peak))) == pytest.approx(hours, rel=0.2)
+    own_peak = ScaledEngine(EngineLoading.of(own.engine, own.rod.length), None).peak(5100.0) / BAR
+    assert np.exp(level((5100.0, own_peak))) == pytest.approx(hours, rel=0.2)
     assert np.isinf(table[(rpm < 2000), :][:, peak < 40]).all()
 
 
@@ -223,6 +260,49 @@ class Springs(RodFactors):
 
     def histories(self, cycle, *, estimated=False):
         return [], []
+
+    def under(self, instants, rows_of_parts):
+        return []
+
+
+class Bar(Springs):
+    """A bar of one row, pulled to and fro, whose stress has a part in proportion to the gas load."""
+
+    angles = np.linspace(0.0, 4 * np.pi, 181)
+    material = Material(207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0)
+
+    def __init__(self, scatter):
+        self._scatter, self._criterion, self._materials = scatter, Fatigue.GOODMAN, [self.material]
+
+    def stress(self, gas):
+        return 380.0 * np.sin(self.angles) - 150.0 * gas * np.cos(self.angles / 2) ** 2
+
+    def histories(self, cycle, *, estimated=False):
+        part = SimpleNamespace(material=self.material, surface=lambda rows: np.ones(len(rows)))
+        return [RowHistories(part, np.zeros(1, dtype=int), uniaxial(self.stress(1.0)))], self.angles
+
+    def under(self, instants, rows_of_parts):
+        return [uniaxial(np.array([-150.0, 0.0]))]
+
+
+def uniaxial(stress):
+    return deviatoric(np.stack([stress, *np.zeros((5, len(stress)))]))[None]
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.2])
+def test_the_life_of_a_row_counts_cycles_of_every_pressure(monkeypatch, scatter):
+    monkeypatch.setattr(factors, "gas_cases", lambda _cycle: [SimpleNamespace(gas=1.0)])
+    monkeypatch.setattr(factors, "gas_along_rod", lambda _at: np.cos(Bar.angles / 2) ** 2)
+    bar, cycle = Bar(scatter), SimpleNamespace(at=lambda _angles: None)
+    varied = [(share, bar.stress(1.0 + change)) for share, change in varied_pressure(scatter)]
+    exact = cycle_life(bar.stress(1.0), bar.material, varied=varied).cycles
+    life = bar.life(cycle)
+    assert life is not None
+    assert life.cycles == pytest.approx(exact, rel=1e-9)
+    amplitudes = [
+        reversed_amplitude(Fatigue.GOODMAN, *rainflow(each), bar.material).max() for _, each in varied
+    ]
+    assert bar.tail(cycle) == pytest.approx(max(amplitudes) / amplitudes[len(varied) // 2 - bool(scatter)])
 
 
 def test_a_bolt_yields_where_its_diagram_says():

@@ -60,7 +60,8 @@ def test_a_sweep_with_its_map_may_be_replaced_by_its_load_cases(sweep):
 
 def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
     speeds = "0,1000:6000:500"
-    (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
+    gauge = '[[gauge]]\nname = "shank"\nat_mm = [72, 0, 6]\ndirection = [1, 0, 0]\nlength_mm = 3.0\n'
+    (tmp_path / "plain.toml").write_text(PLAIN + PRESSED + gauge)
     flags = ("--cycle", "--size", "20", "--out", "many")
     run = fea("run", "plain.toml", "--rpm", speeds, *flags, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
@@ -83,6 +84,13 @@ def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
         assert summaries[5500]["results"][case]["max_von_mises_MPa"] == pytest.approx(
             result["max_von_mises_MPa"], rel=5e-3
         )
+    (of_many,), (of_one,) = summaries[5500]["gauges"], solved["gauges"]
+    history = np.array(of_one["history_um_m"])
+    assert np.abs(np.array(of_many["history_um_m"]) - history).max() < 5e-3 * np.abs(history).max()
+    assert {strain["error_um_m"] for strain in of_many["cases"].values()} == {None}
+    rows = list(csv.DictReader((tmp_path / "many" / "map.csv").read_text().splitlines()))
+    (row,) = (row for row in rows if (row["rpm"], row["case"]) == ("5500", "tension"))
+    assert float(row["shank_um_m"]) == pytest.approx(of_one["cases"]["tension"]["strain_um_m"], rel=5e-3)
     # What is said of the mesh and of the loads is what holds at that speed.
     said = {rpm: {item["what"] for item in summary["left_out"]} for rpm, summary in summaries.items()}
     assert {rpm for rpm, what in said.items() if "inertia of the rod" in what} == {0}

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from fea.base.material import Basquin, Marin, Material
-from fea.judge.cycle_life import LONGEST, LOW_CYCLE, assumed_line, cycle_life, strength_share
+from fea.judge.cycle_life import (
+    LONGEST,
+    LOW_CYCLE,
+    assumed_line,
+    cycle_life,
+    strength_share,
+    varied_pressure,
+)
 
 STEEL = Material(
     207e3, 0.3, 7.85e-9, 800.0, ultimate_strength=1000.0, endurance_limit=425.0, marin=Marin(load=0.85)
@@ -113,3 +120,13 @@ def test_cycles_of_other_pressures_count_by_their_shares_and_severe_ones_end_unl
     below = 400.0 * ONE_CYCLE
     assert math.isinf(cycle_life(below, STEEL, varied=[(1.0, below), (0.0, below)]).cycles)
     assert math.isfinite(cycle_life(below, STEEL, varied=[(1.0, below), (0.0, strong)]).cycles)
+
+
+def test_five_pressures_stand_for_a_normal_distribution():
+    """E[(1 + c z)^8] = 1 + 28 c² + 210 c⁴ + 420 c⁶ + 105 c⁸, which five points of Gauss and Hermite meet."""
+    c = 0.05
+    varied = varied_pressure(c)
+    exact = 1 + 28 * c**2 + 210 * c**4 + 420 * c**6 + 105 * c**8
+    assert sum(share * (1 + change) ** 8 for share, change in varied) == pytest.approx(exact, rel=1e-12)
+    assert [change for share, change in varied if share == 0] == pytest.approx([-3 * c, 3 * c])
+    assert varied_pressure(0.0) == [(1.0, 0.0)]

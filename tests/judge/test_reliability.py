@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from fea.base.material import Basquin
 from fea.judge.fatigue import LifeLine
-from fea.judge.reliability import FirstFailure, Place, Scatter, deviation
+from fea.judge.reliability import AWAY, FirstFailure, Place, Scatter, deviation, responded
 
 NORMAL = NormalDist()
 K, KNEE, LIMIT = 8.0, 1e9, 100.0
@@ -186,3 +186,49 @@ def test_the_same_seed_gives_the_same_lives():
     one, two, other = (FirstFailure([place(by_gas=True)], scatter, seed).of_rod(0.1) for seed in (0, 0, 5))
     assert one == two
     assert one.cycles != other.cycles
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_a_further_cause_acts_as_its_response_says(share):
+    """A logarithm of the amplitude that grows by b a deviation adds b to the scatter of the strength."""
+    b = 0.06
+    found = FirstFailure([place(responses=b * np.array([AWAY]))], Scatter(strength=0.08))
+    sigma = K * math.hypot(deviation(0.08), b)
+    assert found.of_rod(share).cycles == pytest.approx(
+        median() * math.exp(NORMAL.inv_cdf(share) * sigma), rel=QMC
+    )
+    of_rod = 1 - (1 - share) ** (1 / 6)  # of an engine without common causes
+    exact = median() * math.exp(NORMAL.inv_cdf(of_rod) * sigma)
+    life = found.of_engine(share, 6)
+    assert abs(life.cycles / exact - 1) < 3 * life.error + 2e-3  # as of the strength above
+    assert life.error < 0.02
+
+
+def test_a_response_is_straight_between_its_values_and_beyond():
+    """That of bolts under less preload has a bend: 1.5 at −2 deviations, 0 from the mean on."""
+    response = np.array([1.5, 0.5, 0.0, 0.0])
+    assert responded(np.array([-3.0, -2.0, -1.5, -0.5, 0.0, 1.5, 3.0]), response) == pytest.approx(
+        [2.5, 1.5, 1.0, 0.25, 0.0, 0.0, 0.0]
+    )
+    found = FirstFailure([place(responses=0.1 * response[None])], Scatter(strength=0.08))
+    cycles, spread_ = found.of_rod(0.1).cycles, deviation(0.08)
+
+    def failed(z):
+        demand = 0.1 * float(responded(np.array(z), response))
+        return NORMAL.cdf((math.log(cycles / median()) / K + demand) / spread_) * NORMAL.pdf(z)
+
+    assert quad(failed, -8, 8, points=[-2, -1, 0], limit=200)[0] == pytest.approx(0.1, rel=QMC)
+
+
+def test_cycles_of_a_duty_count_as_often_as_they_occur():
+    """Miner's sum on a block of a tenth at 300 MPa and nine tenths at 200 MPa; on a line without a knee."""
+    both = np.tile([300.0, 200.0], (len(GAS), 1))
+    often = np.tile([0.1, 0.9], (len(GAS), 1))
+    block = Place("fillet", 1, line(), GAS, both, rate=often)
+    exact = 1 / (0.1 / median(300.0) + 0.9 / median(200.0))
+    assert FirstFailure([block], Scatter(strength=0.08)).of_rod(0.5).cycles == pytest.approx(exact, rel=QMC)
+    # Below the knee of a hard steel the rare large cycle counts, a tenth of all.
+    decades = math.log(0.9) / math.log(0.95)
+    hard = replace(block, line=line(gentle=-1 / math.log10(0.95)), amplitude=both * 0.3 * LIMIT / 100)
+    found = FirstFailure([hard], Scatter(strength=0.08))
+    assert found.of_rod(0.5).cycles == pytest.approx(10 * KNEE * 10**decades, rel=QMC)

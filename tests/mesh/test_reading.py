@@ -3,7 +3,9 @@
 import meshio
 import numpy as np
 import pytest
+import pyvista as pv
 from tet_blocks import block
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from mesh.files.reading import read_tets
 from mesh.files.tets import FORMATS, is_mesh
@@ -64,6 +66,26 @@ def test_what_meshio_would_drop_from_nastran_is_refused(tmp_path, text, message)
     (tmp_path / "rod.nas").write_text(text)
     with pytest.raises(MeshError, match=message):
         read_tets(tmp_path / "rod.nas")
+
+
+def test_double_precision_of_nastran_is_read(tmp_path):
+    text = grids(field="{:<16.9e}").replace("e+", "D+").replace("e-", "D-")  # as pyNastran writes it
+    (tmp_path / "rod.bdf").write_text(text + elements(*CONTINUED["marked"]))
+    np.testing.assert_allclose(read_tets(tmp_path / "rod.bdf").points, FILE.points, rtol=1e-9)
+
+
+@pytest.mark.parametrize("compressor", ["ZLib", "LZMA", "LZ4"])
+def test_compressed_vtu_files_are_read_or_refused_with_the_remedy(tmp_path, compressor):
+    writer = vtkXMLUnstructuredGridWriter()
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    writer.SetInputData(pv.UnstructuredGrid({pv.CellType.QUADRATIC_TETRA: FILE.tets}, FILE.points))
+    writer.SetFileName(str(tmp_path / "rod.vtu"))
+    writer.Write()
+    if compressor == "LZ4":
+        with pytest.raises(MeshError, match="compressed with LZ4, which is not supported"):
+            read_tets(tmp_path / "rod.vtu")
+    else:
+        np.testing.assert_array_equal(read_tets(tmp_path / "rod.vtu").points, FILE.points)
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

@@ -245,7 +245,7 @@ def test_a_report_of_a_run_on_disk_says_the_same(written, tmp_path, text):
     )
     plain = re.sub(r"<script.*", "", text, flags=re.DOTALL)
     run = replace(again, motion=result.motion)
-    without = page(run, scene(run), None)
+    without = page(run, scene(run), None, written)  # whose study the commands name
     shown = [re.findall(r">([^<>]+)<", part.partition('id="limits"')[0]) for part in (plain, without)]
     assert shown[0] == shown[1]
 

@@ -23,6 +23,7 @@ from fea.output.report.pdf import write_pdf
 from fea.output.report.sheet import by_proportions, sheet_rows
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
+from fea.study.flags import Flags
 from fea.study.proportions import assumed_dimensions
 from fea.study.study import load_study
 from geometry.presets import PRESETS
@@ -105,6 +106,27 @@ def test_bolts_are_no_matter_of_the_rods_strength(run):
         "Not worked out: what decides is grade, thread and preload of the bolts"
     ]
     assert by_proportions(other) == ""
+
+
+def test_a_command_names_the_study_with_what_flags_changed(run, tmp_path, monkeypatch):
+    """By its own file where that answers for the run, else by the one in the folder of the run."""
+    monkeypatch.chdir(tmp_path)
+    own = replace(run, summary=replace(run.summary, study="mine"))
+    Path("mine.toml").write_text(run.study.text(), encoding="utf-8")
+    part = Path("results", ".mine-6000rpm.0123abcd.part")  # while it is written
+
+    def said(other):
+        rows = {row.title: row for row in sheet_rows(replace(own, study=other), part)}
+        return rows["Highest speed"].command
+
+    assert said(run.study) == "fea limits mine.toml, then fea report"
+    there = "fea limits results/mine-6000rpm/study.toml --out results/mine-limits, then fea report"
+    assert said(Flags(material="4340-aircraft").applied(run.study)) == there
+    assert said(Flags(min_safety=1.2).applied(run.study)) == there
+    Path("mine.toml").write_text(run.study.with_(speed=[1000, 2000]).text(), encoding="utf-8")
+    assert said(run.study) == there
+    Path("mine.toml").unlink()
+    assert said(run.study) == there
 
 
 def test_limits_beside_the_run_are_found_if_they_are_of_its_rod(run, tmp_path):

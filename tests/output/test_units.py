@@ -19,7 +19,17 @@ from fea.output.plots.chart import chart
 from fea.output.report.sections import input_tables
 from fea.output.tables import case_table, load_table
 from fea.output.terminal.run import print_runs
-from fea.output.units import _US, Verbatim, in_heading, in_text, in_unit, scale, shown_in, unit
+from fea.output.units import (
+    _US,
+    Verbatim,
+    in_heading,
+    in_text,
+    in_unit,
+    scale,
+    shown_in,
+    study_value,
+    unit,
+)
 from fea.study.study import load_study
 
 # Exact by definition (NIST SP 811, appendix B); 1 hp = 550 ft·lbf/s.
@@ -151,3 +161,8 @@ def test_what_is_shown_is_as_large_as_pint_says(us):
 def test_temperatures_and_their_differences(us):
     assert [in_unit(value, "°C") for value in (0.0, 100.0)] == pytest.approx([32.0, 212.0], rel=1e-12)
     assert (scale("K"), scale("1/K"), scale("/K")) == pytest.approx((1.8, 1 / 1.8, 1 / 1.8), rel=1e-12)
+
+
+def test_values_of_a_study_in_words_and_units(us):
+    assert [study_value(value, "") for value in (True, False, None)] == ["yes", "no", "–"]
+    assert study_value([25.4, 50.8], "mm") == "1, 2"

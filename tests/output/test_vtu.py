@@ -151,6 +151,16 @@ def test_the_same_results_give_the_same_bytes(mesh, tmp_path):
     assert (tmp_path / "a.vtu").read_bytes() == (tmp_path / "b.vtu").read_bytes()
 
 
+def test_the_sign_of_a_zero_does_not_change_the_bytes(mesh, tmp_path):
+    """It is that of rounding errors, which differ between one thread and two."""
+    ones, zeros = np.ones(len(mesh.points)), np.zeros(len(mesh.points))
+    for name, zero in (("plus", zeros), ("minus", -zeros)):
+        moved = np.stack([ones, zero, zero], axis=1)
+        points = {"displacement": moved, "von_mises": ones, "principal_2": zero}
+        write_result(tmp_path / name, mesh, points, exact=True)
+    assert (tmp_path / "plus").read_bytes() == (tmp_path / "minus").read_bytes()
+
+
 def test_an_array_of_the_wrong_shape_is_an_error(mesh, tmp_path):
     with pytest.raises(ValueError, match=r"von_mises has shape \(3,\): it must have \d+ rows"):
         write_vtu(tmp_path / "a.vtu", mesh, {"von_mises": np.zeros(3)})

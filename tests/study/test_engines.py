@@ -320,11 +320,27 @@ def test_what_contradicts_boost_is_refused(keys, message):
         parsed(ROD + BOOSTED + keys + "\n")
 
 
-def test_a_fuel_burns_unless_another_gas_is_asked_for():
-    keys = "[engine]\nstroke_mm = 54.0\nbore_mm = 54.0\npiston_mass_kg = 0.2\ncompression_ratio = 8.0\n"
-    assert parsed(f'{ROD}{keys}fuel = "petrol"\n').engine.gas == "otto"
-    assert parsed(f'{ROD}{keys}fuel = "petrol"\ngas = "none"\n').engine.gas == "none"
-    assert parsed(f"{ROD}{keys}").engine.gas == "none"
+def test_a_fuel_or_a_peak_burns_unless_another_gas_is_asked_for():
+    bare = "[engine]\nstroke_mm = 54.0\nbore_mm = 54.0\npiston_mass_kg = 0.2\n"
+    keys = f"{bare}compression_ratio = 8.0\n"
+    for burns in ('fuel = "petrol"', "peak_pressure_bar = 60.0", 'peak_pressure = "900 psi"'):
+        assert parsed(f"{ROD}{keys}{burns}\n").engine.gas == "otto"
+        assert parsed(f'{ROD}{keys}{burns}\ngas = "none"\n').engine.gas == "none"
+    again = parsed(f"{ROD}{bare}")
+    assert again.engine.gas == "none"
+    assert again.with_(engine={"compression_ratio": 8, "peak_pressure": "900 psi"}).engine.gas == "otto"
+
+
+@pytest.mark.parametrize(
+    "key", ["compression_ratio = 8.0", "intake_pressure_bar = 1.0", "heat_ratio = 1.4", "gas_scale = 1.5"]
+)
+def test_what_needs_a_gas_is_refused_without_one(key):
+    bare = "[engine]\nstroke_mm = 54.0\nbore_mm = 54.0\npiston_mass_kg = 0.2\n"
+    with pytest.raises(InvalidValue, match=r"has no effect without gas.*Give peak_pressure_bar or fuel"):
+        parsed(f"{ROD}{bare}{key}\n")
+    assert parsed(f'{ROD}{bare}{key}\ngas = "none"\n').engine.gas == "none"  # which is what was asked for
+    with pytest.raises(InvalidValue, match="has no effect without gas"):
+        parsed(f"{ROD}{bare}").with_(engine={key.partition(" ")[0]: 2.0})
 
 
 def test_boost_over_an_engine_of_the_library_raises_its_peak_unless_that_is_given():

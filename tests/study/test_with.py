@@ -31,6 +31,8 @@ def written(text):
         ({"speed": [3000, 6000]}, "speed", "speed.rpm = [3000, 6000]"),
         ({"mesh": {"size": "8 mm", "element": "p1"}}, "mesh", 'mesh = { size_mm = 8.0, element = "p1" }'),
         ({"contact": {"small_end_clearance": "20 um"}}, "contact", 'contact.small_end_clearance = "20 um"'),
+        ({"gauge": [{"at_mm": [72, 0, 6], "direction": [1, 0, 0], "length": "3 mm"}]}, "gauge",
+         "gauge = [{ at_mm = [72, 0, 6], direction = [1, 0, 0], length_mm = 3 }]"),
     ],
 )  # fmt: skip
 def test_a_change_is_what_a_file_would_say(changes, table, text):

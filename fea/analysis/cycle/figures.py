@@ -16,11 +16,11 @@ from fea.analysis.life_figures import (
 )
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
-from fea.analysis.reliability import reliability_figures, varied_cycles
+from fea.analysis.reliability import reliability_figures, speed_operation
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
-from fea.judge.cycle_life import cycle_life
+from fea.judge.cycle_life import CycleLife, cycle_life
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
@@ -80,24 +80,35 @@ def life_figures(result: CycleResult, rod: PreparedRod, rpm: float | None) -> Cy
         return None
     material = rod.materials[spot.part]
     surface = result.regions.factor(spot.node, material)
-    varied = varied_cycles(spot, rod, rpm)
+    operation = speed_operation(result, rod, rpm)
+    (place,) = operation.places([(spot.node, spot.part)])
+    varied = [(share, signed) for share, (signed,) in operation.varied(*place)]
     found = cycle_life(spot.signed, material, surface, rod.options.fatigue, varied)
     if found is None:
         return None
-    hours, low, high = (
-        cycles / (loading.engine.cycles_per_hour * rpm) if np.isfinite(cycles) else None
-        for cycles in (found.cycles, found.low, found.high)
+    steady = cycle_life(spot.signed, material, surface, rod.options.fatigue)
+    undamaged = steady is not None and steady.cycles == np.inf > found.cycles
+    return replace(
+        cycle_life_figures(found, loading.engine.cycles_per_hour * rpm),
+        steady_is_undamaged=undamaged or None,
+        reliability=reliability_figures(result, rod, operation),
+    )
+
+
+def cycle_life_figures(found: CycleLife, an_hour: float) -> CycleLifeFigures:
+    """Return a life in hours, of so many cycles an hour."""
+    cycles, low, high = (
+        each if np.isfinite(each) else None for each in (found.cycles, found.low, found.high)
     )
     return CycleLifeFigures(
-        hours=hours,
-        low_hours=low,
-        high_hours=high,
+        hours=None if cycles is None else cycles / an_hour,
+        low_hours=None if low is None else low / an_hour,
+        high_hours=None if high is None else high / an_hour,
         band_percent=found.band_percent,
-        cycles=found.cycles if np.isfinite(found.cycles) else None,
+        cycles=cycles,
         assumed=found.assumed,
         unlimited=found.unlimited,
         by_strain=found.by_strain,
-        reliability=reliability_figures(result, rod, rpm),
     )
 
 

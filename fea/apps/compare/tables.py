@@ -15,7 +15,7 @@ from fea.output.life_statements import lasting
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.terminal.prose import print_lines, terminal
 from fea.output.text import make_directory, write_text
-from fea.output.units import UNKNOWN, bar, factor, figure, heading, named
+from fea.output.units import UNKNOWN, bar, factor, heading, named, study_value
 
 Quantities = Sequence[TableColumn]
 
@@ -152,10 +152,10 @@ def comparison_tables(found: ComparisonFigures) -> Iterator[AnswerTable]:
         ("Dimensions, materials and bolts that differ", found.dimensions),
     ):
         if keys:
-            rows = [
-                (heading(*_words(key)), *(_value(key, value) for value in values))
-                for key, values in keys.items()
-            ]
+            rows = []
+            for key, entries in keys.items():
+                words, unit = _words(key)
+                rows.append((heading(words, unit), *(study_value(value, unit) for value in entries)))
             yield AnswerTable(caption, ("key", *names), tuple(rows))
 
 
@@ -176,12 +176,6 @@ def _words(key: str) -> tuple[str, str]:
     table, _, name = key.rpartition(".")
     words, unit = named(name)
     return (words if table in ("rod", words) else f"{table.replace('.', ', ')}: {words}"), unit
-
-
-def _value(key: str, value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return UNKNOWN if value is None else str(value)
-    return figure(value, 6, named(key.rpartition(".")[2])[1])
 
 
 def sentences(found: ComparisonFigures) -> Iterator[str]:

@@ -177,6 +177,12 @@ class AssembledFactors(RodFactors):
         stress = 1 / self._with_history().get(FailureMode.FATIGUE, 1.0)
         return [each._replace(stress=stress * each.stress) for each in solved.most_stressed], angles
 
+    def under(self, instants: Instants, rows_of_parts: Sequence[RowHistories]) -> list[Floats]:
+        """Solve instants: see `RodFactors.under`."""
+        solved = self._solved(instants)
+        pairs = zip(solved.parts, rows_of_parts, strict=True)
+        return [part.stress(solved.weights, each.rows) for part, each in pairs]
+
     def _over(self, cycle: CrankCycle) -> tuple[StressHistories, list[AssemblyState]]:
         """Follow a cycle: at every few degrees, then around the decisive instants."""
         angles = sampled_angles(cycle, ALL_ROWS_STEP)

@@ -49,6 +49,7 @@ class DrawnMap:
         self.peak = peaks / BAR
         gas = [engine.scale(each, peaks) if engine.burns else 0 * peaks for each in self.rpm]
         points = np.broadcast_to(self.rpm, (_LINES, len(gas))), np.maximum(np.stack(gas, axis=1), 0.0)
+        self._points = points
         self._factors = of_rays.factors(*points)  # over that required
         yielding = self._factors.get(FailureMode.YIELD, np.full(points[1].shape, np.inf))
         # The largest of the loads over that at yield: beyond `ELASTIC` nothing is known.
@@ -91,15 +92,15 @@ class DrawnMap:
 
     @property
     def _endless_below_fatigue(self) -> bool:
-        return self._found.life is not None and self._found.life.undamaged == 1
+        return self._found.life is not None and bool((self._found.life.undamaged == 1).all())
 
     def _draw_border(self, axes: Any) -> None:
         """Draw up to where life is unlimited or, of metals without an endurance limit, beyond 10⁸ cycles."""
         life = self._found.life
         if life is None or self.hours is None or self._endless_below_fatigue:
             return
-        if life.undamaged:
-            field, level, words = self._factors[FailureMode.FATIGUE], 1 / life.undamaged, "unlimited below"
+        if life.undamaged.all():
+            field, level, words = life.of_unlimited(*self._points), 1.0, "unlimited below"
         else:
             field, level = np.nan_to_num(self.hours * life.per_hour * self.rpm), LONGEST
             words = "10⁸ cycles"

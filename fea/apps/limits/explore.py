@@ -172,7 +172,8 @@ def explore(
     if life is None:
         why = "nothing fails by fatigue" if model.endurance is not None else "the material has no S–N line"
         return replace(last, no_life_because=why)
-    return replace(last, life=life, lives={each: life_at(model, engine, each) for each in lives_at})
+    lives = {each: own for each in lives_at if (own := life_at(model, engine, each)) is not None}
+    return replace(last, life=life, lives=lives)
 
 
 def _model(rod: PreparedRod, engine: ScaledEngine, rpm: float, show: Callable[[str], None]) -> RodFactors:

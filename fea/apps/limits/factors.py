@@ -4,28 +4,31 @@ The cycles that are surveyed lie on a few rays from rest through speed squared a
 evaluated again where a limit is stated in words (see `fea.analysis.cycle.candidates`).
 """
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from fea.analysis.buckling import columns, compression
 from fea.analysis.cycle.candidates import Candidates, RowHistories
+from fea.analysis.cycle.operation import gas_along_rod, gas_cases
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.scatter import scatter_of
+from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.judge.cycle_life import with_line
+from fea.judge.cycle_life import CycleLife, cycle_life, life_line, varied_pressure
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.rainflow import rainflow
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 
 
 class FailureMode(StrEnum):
@@ -67,6 +70,22 @@ StressHistories = tuple[Sequence[RowHistories], Floats]
 _TINY = 1e-12
 
 
+class FatiguedPlace(NamedTuple):
+    """A place near its endurance limit, with its stress over cycles of any pressure."""
+
+    signed: Floats  #: (n_instants,) at the mean pressure, MPa
+    material: Material
+    surface: float  #: factor k_a
+    line: LifeLine
+    varied: Sequence[tuple[float, Floats]]  #: shares of cycles, and their signed stress
+
+    def counted(self, criterion: Fatigue) -> tuple[Floats, Floats]:
+        """Return fully reversed amplitudes (n_cycles,), MPa, and how many there are of each in a cycle."""
+        amplitudes = [reversed_amplitude(criterion, *rainflow(own), self.material) for _, own in self.varied]
+        shares = [share for share, _ in self.varied]
+        return np.concatenate(amplitudes), np.repeat(shares, [len(own) for own in amplitudes])
+
+
 class RodFactors(ABC):
     """The safety factors of a rod over any crank cycle."""
 
@@ -76,6 +95,7 @@ class RodFactors(ABC):
     def __init__(self, rod: PreparedRod) -> None:
         self._column = min(formulas.least for formulas in columns(rod).values())
         self._criterion, self._materials = rod.options.fatigue, rod.materials
+        self._scatter = scatter_of(rod.study.scatter, rod.engine, self._criterion).cycle_pressure
 
     @property
     def rest(self) -> Factors:
@@ -112,37 +132,71 @@ class RodFactors(ABC):
     @property
     def assumed(self) -> bool:
         """Whether an S–N line is assumed."""
-        own = [each for each in self._materials if with_line(each).basquin is not None]
+        own = [each for each in self._materials if life_line(each, np.ones(1)) is not None]
         return any(material.basquin is None for material in own)
 
-    def life(
-        self, cycle: CrankCycle, strengths: Sequence[float] = (1.0,), *, every: bool = False
-    ) -> list[float]:
-        """Return the crank cycles to failure at strengths relative to the median, as `fea.analysis.life`.
+    def smooth_life(self, cycle: CrankCycle) -> float:
+        """Return the crank cycles to failure as if every range did damage: an estimate for the map."""
+        damage = _TINY
+        for place in self._worst_places(cycle, estimated=True):
+            line = replace(place.line, gentle=None) if place.line.endless else place.line
+            amplitude, rate = place.counted(self._criterion)
+            damage = max(damage, float(line.damage(amplitude[:, None], rate).sum()))
+        return 1 / damage
 
-        `every`: as if every range did damage, by an estimate that is smooth over the map.
-        """
-        (rows_of_parts, angles), damage = self.histories(cycle, estimated=every), np.zeros(len(strengths))
-        for part, rows, history in rows_of_parts:
-            line = self._life_line(part.material, part.surface(rows))
+    def life(self, cycle: CrankCycle) -> CycleLife | None:
+        """Return the life of the place that fails first; None where no S–N line is known."""
+        lives = [
+            life
+            for signed, material, surface, _, varied in self._worst_places(cycle)
+            if (life := cycle_life(signed, material, surface, self._criterion, varied)) is not None
+        ]
+        if not lives:
+            return None
+        low, high = min(life.low for life in lives), min(life.high for life in lives)
+        return replace(min(lives, key=lambda life: (life.cycles, life.low)), low=low, high=high)
+
+    def tail(self, cycle: CrankCycle) -> float:
+        """Return the largest amplitude of single cycles of any pressure over that at the mean pressure."""
+        usual, largest = 0.0, 0.0
+        for place in self._worst_places(cycle):
+            amplitude, rate = place.counted(self._criterion)
+            share = amplitude / place.line.limit
+            usual = max(usual, float(share[rate == rate.max()].max()))
+            largest = max(largest, float(share.max()))
+        return largest / usual
+
+    def _worst_places(self, cycle: CrankCycle, *, estimated: bool = False) -> Iterator[FatiguedPlace]:
+        """Yield the places nearest to their endurance limit."""
+        rows_of_parts, angles = self.histories(cycle, estimated=estimated)
+        order, gas = np.argsort(angles), gas_cases(cycle) if self._scatter else None
+        shares, factors = zip(*varied_pressure(0.0 if gas is None else self._scatter), strict=True)
+        alone, course = [np.zeros((len(each.rows), 6, 2)) for each in rows_of_parts], np.zeros(len(angles))
+        if gas is not None:
+            alone, course = self.under(gas, rows_of_parts), gas_along_rod(cycle.at(angles)) / gas[0].gas
+        for (part, rows, history), pressed in zip(rows_of_parts, alone, strict=True):
+            surface = part.surface(rows)
+            line = self._life_line(part.material, surface)
             if line is None:
                 continue
-            signed = signed_equivalent(history)[:, np.argsort(angles)]
-            high, low = signed.max(axis=1), signed.min(axis=1)
+            change = (pressed[..., :1] - pressed[..., 1:]) * course
+            varied = [signed_equivalent(history + factor * change)[:, order] for factor in factors]
+            usual = varied[int(np.argmax(shares))]
+            high, low = usual.max(axis=1), usual.min(axis=1)
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
-                once, gentle = np.ones(len(amplitude)), None if every and line.endless else line.gentle
-                at_row = replace(line, limit=line.limit[[row]], gentle=gentle)
-                damages = (at_row.stronger(each).damage(amplitude[:, None], once) for each in strengths)
-                of_row = [float(own.sum()) for own in damages]
-                damage = np.maximum(damage, of_row)
-        return [math.inf if each == 0 else 1 / each for each in np.maximum(damage, _TINY * every).tolist()]
+                of_row = replace(line, limit=line.limit[[row]])
+                every = [(share, signed[row]) for share, signed in zip(shares, varied, strict=True)]
+                yield FatiguedPlace(usual[row], part.material, float(surface[row]), of_row, every)
+
+    @abstractmethod
+    def under(self, instants: Instants, rows_of_parts: Sequence[RowHistories]) -> list[Floats]:
+        """Return the stress (n, 6, n_instants) of rows at instants that belong to no cycle."""
 
     def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
         """S–N line with surface factors; None where it or the effect of mean stress is not known."""
         known = criterion_strength(self._criterion, material) is not None
-        return LifeLine.of(with_line(material), surface) if known else None
+        return life_line(material, surface) if known else None
 
     def buckling(self, cycle: CrankCycle) -> ModeFactor:
         """Return the factor against buckling, which depends on the forces alone."""
@@ -157,7 +211,7 @@ class SuperposedFactors(RodFactors):
 
     def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
         super().__init__(rod)
-        self._candidates = Candidates(analysis)
+        self._candidates, self._basis = Candidates(analysis), analysis.basis
         # Decisive crank angles of the last evaluation, rad: they often decide the next one.
         self._decisive = np.zeros(0)
 
@@ -181,6 +235,11 @@ class SuperposedFactors(RodFactors):
         found = self._candidates.histories(cycle, self._decisive)
         self._decisive = found.decisive
         return found.parts, found.angles
+
+    def under(self, instants: Instants, rows_of_parts: Sequence[RowHistories]) -> list[Floats]:
+        """Superpose instants: see `RodFactors.under`."""
+        weights = self._basis.weights(instants)
+        return [part.stress(weights, rows) for part, rows, _ in rows_of_parts]
 
 
 def worst_of_histories(

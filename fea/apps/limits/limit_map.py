@@ -14,12 +14,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from fea.analysis.cycle.figures import cycle_life_figures
 from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import ONSETS, FailureMode, ModeFactor, RodFactors
 from fea.base.root import root
-from fea.judge.cycle_life import band_of
 from fea.pins.lubrication import crank_angles
 from fea.solid.errors import ContactError, FilmError
 from geometry.arrays import Floats, Ints
@@ -199,7 +199,8 @@ class LifeMap:
     of_rays: LimitMap
     angles: Floats  #: (n,) of the rays, rad
     logarithms: Floats  #: (n, k) of the numbers of cycles, to base 10, at the utilisations `_USAGE`
-    undamaged: float  #: utilisation up to which life is unlimited: 0 for metals without an endurance limit
+    #: (n,) utilisations up to which life is unlimited: 0 for metals without an endurance limit
+    undamaged: Floats
     assumed: bool  #: whether an S–N line is assumed
     per_hour: float  #: cycles an hour at 1 rpm
 
@@ -212,7 +213,14 @@ class LifeMap:
         pairs = zip(angle.ravel().tolist(), by_ray.T, strict=True)
         cycles = 10 ** np.array([np.interp(at, self.angles, values) for at, values in pairs])
         hours = cycles.reshape(usage.shape) / (self.per_hour * np.asarray(rpm))
-        return np.asarray(np.where(usage <= self.undamaged, np.inf, hours))
+        return np.asarray(np.where(self.of_unlimited(rpm, scale) <= 1, np.inf, hours))
+
+    def of_unlimited(self, rpm: Floats, scale: Floats) -> Floats:
+        """Utilisation at points (…) over that up to which life is unlimited."""
+        usage = 1 / self.of_rays.factors(rpm, scale)[FailureMode.FATIGUE]
+        angle, _ = self.of_rays.axes.ray(rpm, scale)
+        with np.errstate(divide="ignore"):
+            return np.asarray(usage / np.interp(angle, self.angles, self.undamaged))
 
 
 def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, required: float) -> LifeMap | None:
@@ -223,34 +231,26 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
         return None
     still = of_rays.rest.get(FailureMode.FATIGUE, 0.0)
     some = _some(rays, _OF_COSTLY if model.costly else _LIFE_RAYS)
-    logarithms = np.full((some.size, _USAGE.size), np.nan)
+    logarithms, undamaged = np.full((some.size, _USAGE.size), np.nan), np.zeros(some.size)
     for row, ray in enumerate(some):
+        if model.endurance:
+            at_limit = engine.cycle(*of_rays.axes.point(float(of_rays.angles[ray]), float(limits[ray])))
+            undamaged[row] = required / model.tail(at_limit)
         for column, load in enumerate(limits[ray] * (_USAGE - still) / (1 - still)):
             if load <= 0:  # utilised more before anything loads it
                 continue
             point = of_rays.axes.point(float(of_rays.angles[ray]), float(load))
             try:
-                (cycles,) = model.life(engine.cycle(*point), every=True)
+                cycles = model.smooth_life(engine.cycle(*point))
             except ContactError:  # no state of contact carries the load
                 break
             logarithms[row, column] = math.log10(cycles)
-    undamaged = required if model.endurance else 0.0
     per_hour = engine.loading.engine.cycles_per_hour
     return LifeMap(of_rays, of_rays.angles[some], logarithms, undamaged, model.assumed, per_hour)
 
 
-def life_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> CycleLifeFigures:
-    """Return the life at the study's load and a speed, rpm."""
-    cycle, band = engine.cycle(rpm, engine.full_load_scale(rpm)), band_of(assumed=model.assumed)
-    cycles = model.life(cycle, (1.0, 1 - band, 1 + band))
-    hours = [None if math.isinf(each) else each / (cycle.engine.cycles_per_hour * rpm) for each in cycles]
-    return CycleLifeFigures(
-        hours=hours[0],
-        low_hours=hours[1],
-        high_hours=hours[2],
-        band_percent=100 * band,
-        cycles=None if math.isinf(cycles[0]) else cycles[0],
-        assumed=model.assumed,
-        unlimited=bool(model.endurance),
-        by_strain=False,
-    )
+def life_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> CycleLifeFigures | None:
+    """Return the life at the study's load and a speed, rpm; None where no S–N line is known."""
+    cycle = engine.cycle(rpm, engine.full_load_scale(rpm))
+    found = model.life(cycle)
+    return None if found is None else cycle_life_figures(found, cycle.engine.cycles_per_hour * rpm)

@@ -15,7 +15,7 @@ from fea.apps.optimise.designs import Design, Designs, record
 from fea.apps.optimise.figures import CheckedRod, OptimiseFigures, optimise_figures
 from fea.apps.optimise.problem import FILM, MinimumFilm, Variables, constraints, required, variables
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
-from fea.judge.cycle_life import with_line
+from fea.judge.cycle_life import life_line
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock, duration
 from fea.output.folder import OPTIMISED, require_replaceable, run_folder
@@ -96,7 +96,7 @@ def search_study(study: Study) -> Study:
     tolerance = given if given is not None or size is not None else TOLERANCE
     table = study.optimise or OptimiseTable()
     if table.min_hours is not None:
-        known = study.engine is not None and with_line(study.material.material()).basquin is not None
+        known = study.engine is not None and life_line(study.material.material(), 1.0) is not None
         rule = "needs an [engine], and a material with an S–N line or with strengths for one"
         require(known, "optimise.min_hours", table.min_hours, rule, "Give them, or leave it out.")
     if table.min_film_um is not None:

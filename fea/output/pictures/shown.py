@@ -78,6 +78,7 @@ class Field:
 
 
 _FIELDS = (
+    Field("plastic_strain_percent", "equivalent plastic strain", "%"),
     Field(VON_MISES, "von Mises stress", "MPa"),
     Field("principal_1", "largest principal stress", "MPa", signed=True),
     Field("principal_3", "least principal stress", "MPa", low=True, signed=True),
@@ -87,6 +88,7 @@ _FIELDS = (
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
     Field("endurance_limit", "endurance limit", "MPa", low=True),
+    Field("largest_defect_um", "largest defect that does not grow, √area", "µm", low=True),
     Field("contact_pressure", "contact pressure", "MPa"),
     Field("displacement", "displacement", "mm"),
 )
@@ -159,7 +161,7 @@ def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
 
 def described_by(summary: Summary, vtu: Path, field: str | None = None) -> Picture:
     """Return the picture of a case, envelope or buckling mode. Raises `LookupError`: not in the summary."""
-    kinds = {"envelope": _envelope, "buckling": _buckling}
+    kinds = {"envelope": _envelope, "buckling": _buckling, "plastic": _left, "overload": _left}
     return kinds.get(vtu.stem, _case)(summary, vtu, field)
 
 
@@ -207,6 +209,17 @@ def _buckling(summary: Summary, vtu: Path, field: str | None) -> Picture:
     which = f"mode {_number(field)} at {mode.factor:.4g} times the load"
     heading = [f"buckling under {buckling.shapes_of}", which, _speed(summary)]
     return _picture(summary, vtu, heading, note=f"moves {mode.moves}", field=field)
+
+
+def _left(summary: Summary, vtu: Path, field: str | None) -> Picture:
+    found = summary.plastic if vtu.stem == "plastic" else summary.overload
+    if found is None:
+        raise LookupError(vtu.stem)
+    after = "running" if vtu.stem == "plastic" else "the overload"
+    after = "95 % of the force at which the shank bends" if found.state == "bends" else after
+    note = f"largest plastic strain at a Gauss point {100 * found.max_plastic_strain:.2g} %"
+    heading = [f"without load, after {after}", _speed(summary)]
+    return _picture(summary, vtu, heading, note=note, field=field or "plastic_strain_percent")
 
 
 def _picture(summary: Summary, vtu: Path, heading: list[str], *, note: str, field: str) -> Picture:

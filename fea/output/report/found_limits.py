@@ -16,8 +16,9 @@ from geometry.errors import InvalidValue
 
 _ENDS = shipped_toml("base/failures.toml")["limits"]
 _SCHEMA = "fea/limits/"
-# Tables of a study on which its limits depend.
+# Tables of a study on which its limits depend, and options that flags change as well.
 _SAME = ("rod", "material", "engine", "assembly", "contact")
+_OPTIONS = ("pressure", "min_safety")
 
 
 class FoundLimit(NamedTuple):
@@ -47,6 +48,16 @@ def limits_beside(run_folder: Path, study: Study) -> JsonObject | None:
             if str(figures.get("schema")).startswith(_SCHEMA) and _alike(own, other):
                 return dict(figures)
     return None
+
+
+def answers_for(source: str, study: Study, rpm: float | None) -> bool:
+    """Whether a study by its name or file is that of a run at a speed, rpm, but for its mesh and files."""
+    with suppress(InvalidValue, OSError):
+        other = load_study(source)
+        own, options = study.as_dict(), (study.analysis, other.analysis)
+        asked = [[getattr(each, name) for name in _OPTIONS] for each in options]
+        return _alike(own, other.as_dict()) and asked[0] == asked[1] and rpm in other.speeds()
+    return False
 
 
 def _folders(run_folder: Path) -> Iterator[Path]:

@@ -15,6 +15,7 @@ from markupsafe import Markup
 from fea.analysis.summary_figures import Summary
 from fea.base.choices import UnitSystem
 from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.fretting import FRETTING
 from fea.output.html import environment, html_page, joined_script, packed_json, page_file
 from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
@@ -122,11 +123,19 @@ def page(run: Run, drawn: DrawnRod | None, picture: bytes | None, folder: Path |
 
     It opens with the builder's sheet, whose limits of speed and boost are those beside the run's folder.
     """
-    parts = list(sections(run))
+    parts = [_pictured(part, folder) for part in sections(run)]
     viewed, script = viewer(run, drawn, parts=parts)
     style = page_file("report", "report.css")
     head = _head(run, picture) | _sheet(run, folder)
     return html_page("report", "report.html.jinja", style, script, **head, sections=parts, **viewed)
+
+
+def _pictured(part: ReportSection, folder: Path | None) -> ReportSection:
+    """Return a section with the picture of its name in the folder of the run, if there is one."""
+    file = None if folder is None else folder / f"{part.id}.png"
+    if part.id != FRETTING or file is None or not file.is_file():
+        return part
+    return replace(part, content={**part.content, "picture": base64.b64encode(file.read_bytes()).decode()})
 
 
 def sheet_page(run: Run, folder: Path | None = None) -> str:

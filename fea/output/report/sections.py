@@ -10,6 +10,8 @@ import numpy.typing as npt
 from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.summary_figures import Summary
 from fea.output import life_tables, tables
+from fea.output.defect_answer import defect_tables
+from fea.output.fretting import FRETTING, RANKED, fretting_tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
@@ -19,7 +21,7 @@ from fea.output.report.notes import note_groups
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
-from fea.output.units import factor, figure, in_unit, named, unit
+from fea.output.units import factor, figure, named, study_value, unit
 from fea.study.all_tables import TABLES
 from fea.study.material_table import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, Study
@@ -73,23 +75,12 @@ def _input_table(study: Study, table: str, title: str, values: Mapping[str, Any]
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        rows.append((words, _shown(value, own), unit(own), origin))
+        rows.append((words, study_value(value, own), unit(own), origin))
     remark = _remark(study, table, values)
     if len(origins := {row[-1] for row in rows}) == 1:
         remark, head, rows = f"{remark} From {origins.pop()}.".strip(), head[:-1], [row[:-1] for row in rows]
     if rows:
         yield AnswerTable(title, head, tuple(rows), words=(0, 2, 3), remark=remark)
-
-
-def _shown(value: object, name: str) -> str:
-    """Return a value of a study as text, in the unit that is shown in place of its own."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return figure(value if unit(name) == name else float(f"{in_unit(value, name):.6g}"), 10)
-    if isinstance(value, list | tuple):
-        return ", ".join(_shown(item, name) for item in value)
-    return str(value)
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
@@ -165,11 +156,14 @@ def sections(run: Run) -> Iterator[ReportSection]:
         yield from _answer(
             summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories, open_tables=0
         )
+    yield from _answer(summary, "defects", "Defects", defect_tables(summary))
     if run.film is not None and summary.film:
         charts = list(_film_charts(summary, run.film))
         title, found = "Oil films of the bearings", tables.film_tables(summary)
         films = _answer(summary, "film", title, found, charts=charts, open_tables=0)
         yield from (replace(section, template="film.html.jinja") for section in films)
+    rubbed = list(fretting_tables(summary))
+    yield from _answer(summary, FRETTING, "Fretting", rubbed, text=[RANKED] if rubbed else [])
     yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
     gap = head_clearance_tables(summary)

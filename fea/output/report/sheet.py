@@ -9,9 +9,11 @@ from fea.analysis.summary_figures import Summary
 from fea.base.note import NoteKind
 from fea.base.units import KN
 from fea.output.assembly_statements import linings, opening_text
+from fea.output.folder import final
 from fea.output.life_statements import life
 from fea.output.report.advice import Advice
-from fea.output.report.found_limits import found_limits
+from fea.output.report.found_limits import answers_for, found_limits
+from fea.output.run_summary import STUDY
 from fea.output.statements import basis, governs, head_gap
 from fea.output.stored_run import Run
 from fea.output.target import near
@@ -34,8 +36,10 @@ class SheetRow(NamedTuple):
 
 def sheet_rows(run: Run, folder: Path | None) -> list[SheetRow]:
     """Return the rows of a run's sheet; limits are looked for beside its folder."""
-    around = *_strength(run), *_around(run.summary, _study(run)), *_gap(run.summary)
-    return [*_limits(run, folder), *around, *_uncertain(run)]
+    study = _study(run, folder)
+    named = quote(study)
+    around = *_strength(run, named), *_around(run.summary, named), *_gap(run.summary)
+    return [*_limits(run, folder, study), *around, *_uncertain(run)]
 
 
 def by_proportions(run: Run) -> str:
@@ -56,25 +60,29 @@ def place_that_fails(summary: Summary) -> str:
     return {"buckling": "shank"}.get(survival.mode, "joint" if survival.mode.endswith("joint") else "")
 
 
-def _study(run: Run) -> str:
-    """Return how a command names the study of a run."""
+def _study(run: Run, folder: Path | None) -> str:
+    """Return how a command names the study of a run: by its own file, or that of the run if flags differ."""
     name = run.summary.study
-    return name if name in shipped_studies() else quote(f"{name}.toml")
+    name = name if name in shipped_studies() else f"{name}.toml"
+    if folder is None or answers_for(name, run.study, run.summary.rpm):
+        return name
+    return (near(final(folder.absolute())) / STUDY).as_posix()
 
 
-def _beside(run: Run, folder: Path | None) -> str:
-    """Return the option with which `fea limits` writes beside a run that is not where runs usually are."""
-    above = None if folder is None else near(folder.absolute().parent)
-    if above is None or above.is_absolute() or above == Path("results"):
+def _beside(run: Run, folder: Path | None, study: str) -> str:
+    """Return the option with which `fea limits` of a study writes beside a run, where it does not anyway."""
+    above = None if folder is None else near(final(folder.absolute()).parent)
+    usual = above is None or above.is_absolute() or above == Path("results")
+    if above is None or (usual and Path(study).name != STUDY):
         return ""
     return f" --out {quote((above / f'{run.summary.study}-limits').as_posix())}"
 
 
-def _limits(run: Run, folder: Path | None) -> Iterator[SheetRow]:
+def _limits(run: Run, folder: Path | None, study: str) -> Iterator[SheetRow]:
     if run.study.engine is None:
         return
     found = {} if folder is None else found_limits(folder, run.study)
-    command = f"fea limits {_study(run)}{_beside(run, folder)}, then fea report"
+    command = f"fea limits {quote(study)}{_beside(run, folder, study)}, then fea report"
     for name, title in (("speed", "Highest speed"), ("boost", "Highest boost")):
         if name in found:
             yield SheetRow(title, found[name].value, (found[name].ending,))
@@ -85,7 +93,7 @@ def _limits(run: Run, folder: Path | None) -> Iterator[SheetRow]:
             command = "the same command"
 
 
-def _strength(run: Run) -> Iterator[SheetRow]:
+def _strength(run: Run, study: str) -> Iterator[SheetRow]:
     summary = run.summary
     first = next(governs(summary)).removeprefix("Governs: ").rstrip(".")
     more = (*life(summary), *basis(summary))
@@ -107,16 +115,16 @@ def _strength(run: Run) -> Iterator[SheetRow]:
     preload, most = (quantity(force / KN, ".1f", "kN") for force in (bolts.preload_N, bolts.max_force_N))
     grade = "" if run.study.assembly is None else f" {run.study.assembly.bolt_grade}"
     others = [] if bolts.tightened is None else [f"Tightened to {bolts.tightened}."]
-    others.append(f"fea bolts {_study(run)} compares grades and threads.")
+    others.append(f"fea bolts {study} compares grades and threads.")
     said = f"{bolts.thread}{grade}, preload {preload}, at most {most}; {opens}."
     yield SheetRow("Bolts", f"Safety factors: {factors}", (said, *others), "", "assembly")
 
 
-def _around(summary: Summary, name: str) -> Iterator[SheetRow]:
+def _around(summary: Summary, study: str) -> Iterator[SheetRow]:
     loads = tuple(linings(summary))
     if summary.film is None:
         if summary.engine is not None:
-            yield SheetRow("Bearings", f"oil film {_UNFILLED}", loads, f"fea run {name} --film --report")
+            yield SheetRow("Bearings", f"oil film {_UNFILLED}", loads, f"fea run {study} --film --report")
         return
     said = []
     for end, film in summary.film.items():

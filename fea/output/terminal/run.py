@@ -14,6 +14,8 @@ from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
 from fea.output import life_statements, life_tables, statements, tables
+from fea.output.defect_answer import defect_tables
+from fea.output.fretting import fretting_tables
 from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.tables import AnswerTable, TableColumn
@@ -59,7 +61,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             [*parts[:1], *tables.contact_tables(summary), *life_tables.fatigue_tables(summary)]
         )
         more = [*tables.buckling_tables(summary), *hand_tables(summary), *head_clearance_tables(summary)]
-        more += life_tables.gauge_tables(summary)
+        more += [*defect_tables(summary), *fretting_tables(summary), *life_tables.gauge_tables(summary)]
         printed += _captioned(more)
         lines = [*statements.full_statements(summary), *prose.in_full((*summary.notes, *summary.left_out))]
         lines.append(f"{summary.model.nodes} nodes, {_model(summary)}")

@@ -1,0 +1,99 @@
+"""The answer on fretting: statements and tables."""
+
+from collections.abc import Iterator
+
+from fea.analysis.fretting_figures import FrettingPlaceFigures
+from fea.analysis.summary_figures import Summary
+from fea.output.tables import AnswerTable, TableColumn
+from fea.output.units import coordinates, factor, number, place, quantity
+
+FRETTING = "fretting"  #: name of its section and of its picture
+RANKED = (
+    "Places are ranked by σ τδ: tensile stress along the surface, shear and range of slip. No limit of it is "
+    "known: it says where fretting is most likely to begin a crack, and which design is worse, not whether "
+    "one begins. Slip of about 5 to 50 µm is the most harmful; more wears cracks away (assumed)."
+)
+
+
+def fretting(summary: Summary) -> Iterator[str]:
+    """Yield the place that is most likely to crack by fretting."""
+    if (found := summary.fretting) is None:
+        return
+    if found.places:
+        yield f"Fretting, most likely: {_worst(found.places[0])} (a ranking: no limit is known)."
+    else:
+        pair, most = max(found.pairs.items(), key=lambda item: item[1].most_energy_mJ)
+        yield f"Fretting: nothing rubs under tension; most energy at {place(most.most_energy_at_mm)}, {pair}."
+
+
+def _worst(worst: FrettingPlaceFigures) -> str:
+    slip, pressure, tension = (
+        quantity(value, form, unit)
+        for value, form, unit in (
+            (worst.slip_um, ".1f", "µm"),
+            (worst.pressure_MPa, ".0f", "MPa"),
+            (worst.tension_MPa, ".0f", "MPa"),
+        )
+    )
+    below = "" if worst.factor is None else f"; Crossland below it {factor(worst.factor)}"
+    at = f"{worst.pair}, {place(worst.at_mm)}, {number(worst.crank_deg, '.0f')}°"
+    return f"{at}: slip {slip} under {pressure}, tension {tension}{below}"
+
+
+def fretting_in_full(summary: Summary) -> Iterator[str]:
+    """Yield that, and for each pair how it slips, and whether its largest tension is where it rubs."""
+    yield from fretting(summary)
+    for name, pair in {} if summary.fretting is None else summary.fretting.pairs.items():
+        slip, creep = (quantity(value, ".2g", "µm") for value in (pair.slip_um, pair.creep_um))
+        share = f"{number(pair.slipping_percent, '.0f')} % of it slips, by up to {slip}"
+        tension = "stress singular on this mesh"
+        if pair.tension_at_mm is not None:
+            largest = quantity(pair.tension_MPa, ".0f", "MPa")
+            tension = f"largest tension {largest}, at {place(pair.tension_at_mm)}"
+        yield (
+            f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); "
+            f"{number(pair.energy_mJ, '.3g')} mJ a cycle, most at {place(pair.most_energy_at_mm)}; {tension}."
+        )
+
+
+_PLACES = (
+    TableColumn("part", "", "part", words=True),
+    TableColumn("at x, y, z", "mm", "at_mm", coordinates),
+    TableColumn("crank angle", "°", "crank_deg", ".0f"),
+    TableColumn("slip", "µm", "slip_um", "3g"),
+    TableColumn("pressure", "MPa", "pressure_MPa", ".0f"),
+    TableColumn("shear", "MPa", "shear_MPa", ".1f"),
+    TableColumn("tension", "MPa", "tension_MPa", ".0f"),
+    TableColumn("energy", "mJ/mm²", "energy_mJ", ".2g"),
+    TableColumn("τδ", "N/mm", "ruiz_1", ".2g"),
+    TableColumn("σ τδ", "MPa²·mm", "ruiz_2", ".3g"),
+    TableColumn("Crossland", "", "factor", factor),
+    TableColumn("over", "mm", "averaged_mm", ".1f"),
+)
+_CHANGES = (
+    TableColumn("largest slip", "µm", "slip_um", "3g"),
+    TableColumn("energy", "mJ", "energy_mJ", "3g"),
+    TableColumn("largest τδ", "N/mm", "ruiz_1", ".2g"),
+)
+
+
+def fretting_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the worst places, and what friction and crush would change."""
+    if (found := summary.fretting) is None:
+        return
+    caption = (
+        "Places that rub, the worst first by σ τδ: range of slip, stresses of one instant, energy a cycle; "
+        "Crossland's factor with the stress averaged over a half ball below the surface"
+    )
+    if found.places:
+        yield AnswerTable.of(caption, "pair", _PLACES, ((each.pair, each) for each in found.places))
+    rows = [
+        (f"{pair}, {words}", figures)
+        for words, pairs in (found.changes or {}).items()
+        for pair, figures in pairs.items()
+    ]
+    caption = "What friction and crush change, by the contact of the cycle alone"
+    if rows:
+        yield AnswerTable.of(
+            caption, "pair", _CHANGES, sorted(rows, key=lambda row: row[0].partition(",")[0])
+        )
