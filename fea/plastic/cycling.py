@@ -131,6 +131,7 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
     rest = at_rest(zone, body.halves)
     walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()
     answer: PlasticAnswer | None = None
+    last_step = body.steps + _MOST_STEPS
     while answer is None:
         before, walk.path, walk.beyond_yield = walk.state.plastic, nothing, 0.0
         walk.ends.clear()
@@ -142,7 +143,7 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
         else:
             net = equivalent_strain(walk.state.plastic - before)
             history.append((float(walk.path.max()), float(net.max())))
-            answer = _settled(history, len(history) if body.steps > _MOST_STEPS else most_turns)
+            answer = _settled(history, len(history) if body.steps > last_step else most_turns)
     return Flow(
         answer,
         walk.state,

@@ -20,7 +20,7 @@ _MEMORY, _MOST_STEPS = 12, 400
 # Of the force out of balance, the share that may be left to the next step if that saves a solution.
 _LEFT = 0.1
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
-_STALLED = 30
+_STALLED = 60
 # Largest force out of balance, relative to what an element at yield exerts on the same node.
 BALANCED = 5e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.

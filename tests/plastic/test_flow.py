@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fea.plastic import cycling
 from fea.plastic.cycling import YIELD_TOLERANCE, PlasticAnswer, cycled
 from fea.plastic.increment import BALANCED, ElasticBody, NoEquilibriumError, at_rest, increment, nodal_force
 from fea.plastic.zone import Zone, equivalent_strain
@@ -14,7 +15,7 @@ from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions
 from fea.solid.traction import traction_forces
 from fea.solvers.direct import factorise
-from fea.verify.body import STEEL, rectangle, uniform
+from fea.verify.body import STEEL, held, rectangle, uniform
 from fea.verify.cases.plasticity import BALL, CAVITY, SPHERE_LIMIT, YIELD, FlowingSphere
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
@@ -163,3 +164,33 @@ def test_the_forces_on_the_elastic_body_are_those_of_the_stress(sphere):
 def test_a_material_that_is_too_strong_never_flows(sphere):
     zone = replace(sphere.zone, strength=1e3 * sphere.zone.strength)
     assert cycled(zone, sphere.body, [YIELD * sphere.unit]).answer is PlasticAnswer.ELASTIC
+
+
+def test_combinations_of_known_forces_are_not_solved_for_again(sphere):
+    zone, mesh, solved = sphere.zone, sphere.mesh, list[int]()
+    fixed = held(mesh, {}).ravel()
+    solve = factorise(stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points))).constrained(fixed))
+
+    def counted(sides):
+        solved.append(sides.shape[1])
+        return solve(sides)
+
+    body = ElasticBody(zone, {Parity.SYMMETRIC: (fixed, counted)})
+    one, other = np.random.default_rng(64).normal(0, 1, (2, 1, len(zone.nodes), 3))
+    for forces in (one, other, 2 * one - 3 * other):
+        near, moved = body.near(forces, 1e-9)
+        assert near == pytest.approx(forces, abs=1e-6)
+        assert moved == pytest.approx(sphere.body(forces), rel=1e-6, abs=1e-12)
+    assert len(solved) == 2
+    # What is left out of forces is left out of those that are returned, too.
+    unknown = one + 1e-3 * np.random.default_rng(65).normal(0, 1, one.shape)
+    near, moved = body.near(unknown, 1.0)
+    assert len(solved) == 2
+    assert moved == pytest.approx(sphere.body(near), rel=1e-6, abs=1e-12)
+
+
+def test_what_takes_too_many_steps_is_undecided(sphere, monkeypatch):
+    monkeypatch.setattr(cycling, "_MOST_STEPS", 0)
+    loads = [1.12 * SHAKEDOWN * sphere.unit, 0 * sphere.unit]
+    found = cycled(sphere.zone, sphere.body, loads)
+    assert (found.answer, found.turns) == (PlasticAnswer.UNDECIDED, 1)
