@@ -18,7 +18,7 @@ from geometry.arrays import Floats, Ints, Mask
 # Steps that Anderson's acceleration remembers, and the most steps of an increment.
 _MEMORY, _MOST_STEPS = 12, 400
 # Of the force out of balance, the share that may be left to the next step if that saves a solution.
-_LEFT = 0.1
+_LEFT = 0.05
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
 # Largest force out of balance, relative to what an element at yield exerts on the same node.
