@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.analysis.bench import bench_cases
 from fea.analysis.collapse import bending_figures, overload_table
+from fea.analysis.cyclic_life import cyclic_life, needs_cyclic_strength
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
@@ -17,13 +18,13 @@ from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
 from fea.base.checks import Check, check
 from fea.base.choices import SolverName
 from fea.base.material import PEENING
-from fea.base.note import Note, assumptions, doubt, omission
+from fea.base.note import Note, assumptions, doubt, omission, remark
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import peak
-from fea.plastic.cycling import MOST_TURNS, Flow, PlasticAnswer
+from fea.plastic.cycling import Flow, PlasticAnswer
 from fea.rod.places import place_name
 from geometry.arrays import Floats, vector
 
@@ -41,14 +42,16 @@ _HALVINGS = 3
 _INSTANTS, _APART, _NEAR = 12, 5 * DEG, 0.9
 
 
-def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+def with_flow(
+    rod: PreparedRod, static: SpeedResult, coarser: Mapping[float | None, PlasticAnswer | None] | None = None
+) -> SpeedResult:
     """Follow the flow of a rod over its load cases, with a cycle over its worst instants, too.
 
-    Nothing is done where nothing yields. The yield strength comes first: what does not settle there does not
-    with a smaller one, so that the cyclic yield strength is followed only where it does.
+    Nothing is done where nothing yields. `coarser`: by speed, what `answer_of` gave on the mesh before. A rod
+    shakes down only if it does so on both meshes.
     """
-    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
-    if not acting or max(case.worst.value for case in acting) <= 1:
+    acting = _yielding(static)
+    if not acting:
         return static
     if why := left_out(rod):
         return replace(static, notes=(*static.notes, omission(FLOW, why)))
@@ -58,22 +61,30 @@ def with_flow(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         if flowing.nodal.max() <= strength:
             why = "what yields lies beside places where the exact stress is infinite"
             return replace(static, notes=(*static.notes, omission(FLOW, why)))
-        followed = flowing.follow(strength)
-        if followed.settles and material.flow_strength < strength:
-            followed = flowing.follow(material.flow_strength)
-        flow = followed.flow
+        followed = _at_strengths(flowing)
+        before, flow = (coarser or {}).get(static.rpm), followed.flow
+        differs = followed.settles and before not in {None, PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
         # What whole sections carry is balanced better than the peaks that the bar belongs to.
         bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
         multiple = _settling(followed, material.flow_strength, 1 + bar / 100, rod.options.min_safety or 1.0)
-        bending = bending_figures(rod, static.loads.cases)
+        if differs:  # all that is sure is that nothing flows below first yield
+            bar = max(bar, 100 * (multiple * float(flowing.nodal.max()) / material.flow_strength - 1))
+        bending, notes = bending_figures(rod, static.loads.cases), (*static.notes, *_notes(rod, followed))
+        if differs:
+            what = (
+                f"on the mesh before, {before}; {followed.flow.answer} on this one: a finer mesh may decide"
+            )
+            notes, followed = (*notes, doubt(what, FLOW)), followed.undecided
+        elif followed.settles and before is None:
+            notes = (*notes, remark("it settles on this mesh, and was not followed on a coarser one", FLOW))
         plastic = replace(
             _figures(followed, multiple, bar),
             fatigue=_fatigue(rod, static, followed),
+            cyclic=cyclic_life(followed, static.rpm),
             bending=bending,
             collapse_factor=None if bending is None else bending.limit_N / bending.force_N,
         )
     checks = {**static.checks, **flow_checks(flow, static.checks)}
-    notes = (*static.notes, *_notes(rod, followed))
     return replace(static, checks=checks, notes=notes, plastic=plastic, flows={"plastic": followed})
 
 
@@ -86,6 +97,36 @@ def flow_checks(flow: Flow, before: Mapping[str, Check]) -> dict[str, Check]:
     }
     had = {name: each.value for name, each in before.items()}
     return {name: check(name, max(value, had.get(name, 0.0))) for name, value in values.items()}
+
+
+def answer_of(rod: PreparedRod, static: SpeedResult) -> PlasticAnswer | None:
+    """Say what flow leads to on a mesh; None where nothing yields, or where flow is not followed."""
+    if not (acting := _yielding(static)) or left_out(rod):
+        return None
+    with rod.clock("plastic flow"):
+        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        yields = flowing.nodal.max() > rod.materials[0].yield_strength
+        if yields and flowing.reversing(rod.materials[0].flow_strength) < 1:
+            return PlasticAnswer.CYCLIC  # it never ends, which is all that matters here
+        return _at_strengths(flowing).flow.answer if yields else None
+
+
+def _yielding(static: SpeedResult) -> list[CaseResult]:
+    """Load cases with forces, if anything yields under one of them."""
+    acting = [case for case in static.cases.values() if case.load.largest_force > 0]
+    return acting if max((case.worst.value for case in acting), default=0.0) > 1 else []
+
+
+def _at_strengths(flowing: FlowingRod) -> FollowedFlow:
+    """Follow a rod at its yield strength, and at the cyclic one if it is smaller and the rod settles.
+
+    What does not settle at the yield strength does not at a smaller one.
+    """
+    material = flowing.rod.materials[0]
+    followed = flowing.follow(material.yield_strength)
+    if followed.settles and material.flow_strength < material.yield_strength:
+        return flowing.follow(material.flow_strength)
+    return followed
 
 
 def _loads(
@@ -214,7 +255,9 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
         ),
     )
     if followed.flow.answer is PlasticAnswer.UNDECIDED:
-        yield doubt(f"what flows did not settle within {MOST_TURNS} turns", FLOW)
+        yield doubt(f"what flows did not settle within {followed.flow.turns} turns", FLOW)
+    if needs_cyclic_strength(followed) and not rod.options.cycle:
+        yield omission("life of what flows to and fro", "it is followed at the cyclic strength with --cycle")
 
 
 def left_out(rod: PreparedRod) -> str:

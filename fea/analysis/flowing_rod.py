@@ -10,7 +10,7 @@ import numpy as np
 from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
-from fea.plastic.increment import ElasticBody
+from fea.plastic.increment import ElasticBody, projected
 from fea.plastic.zone import Zone, equivalent_strain
 from fea.solid.element import mean_at_nodes
 from fea.solid.parity import Parity
@@ -102,8 +102,7 @@ class FlowingRod:
         if found.flow.answer is not PlasticAnswer.COLLAPSES:
             return found
         bare = self.followed(strength, multiple, most_turns)
-        unknown = replace(bare.flow, answer=PlasticAnswer.UNDECIDED)
-        return replace(bare, flow=unknown) if bare.settles else bare
+        return bare.undecided if bare.settles else bare
 
     def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
         """Do so with the loads as they are, times a scale."""
@@ -114,14 +113,17 @@ class FlowingRod:
         for _ in range(_GROWTHS):
             zone = self._zone(may_flow, strength)
             body = ElasticBody(zone, solvers)
-            flow = cycled(zone, body, [u[:, zone.nodes] for u in loads], most_turns)
+            acting = [projected(zone, body, u[:, zone.nodes]) for u in loads]
+            flow = cycled(zone, body, acting, most_turns)
+            state = flow.state
             # Of what has flowed, and not of the forces that balance it within a tolerance: small sets count.
-            moved = body.everywhere(zone.initial_forces(flow.state.moved, flow.state.plastic))
+            forces = zone.initial_forces(zone.strain(state.moved)[1], state.plastic, body.halves)
+            moved = body.everywhere(forces)
             missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
                 return FollowedFlow(self, zone, flow, moved)
             may_flow |= missed
-        return FollowedFlow(self, zone, replace(flow, answer=PlasticAnswer.UNDECIDED), moved)
+        return FollowedFlow(self, zone, flow, moved).undecided
 
     @cached_property
     def every(self) -> Zone:
@@ -152,6 +154,11 @@ class FollowedFlow:
         return self.flow.answer in {PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
 
     @property
+    def undecided(self) -> "FollowedFlow":
+        """The same, but what it leads to is not known."""
+        return replace(self, flow=replace(self.flow, answer=PlasticAnswer.UNDECIDED))
+
+    @property
     def ends_with_flow(self) -> bool:
         """Whether it has flowed and is in equilibrium."""
         return bool(self.flow.strain.any()) and self.flow.answer is not PlasticAnswer.COLLAPSES
@@ -166,7 +173,10 @@ class FollowedFlow:
     def node(self) -> int:
         """Node of the whole rod where most has flowed: of that element, the most stressed one."""
         stress = self.rod.nodal[self.zone.half, self.zone.element]  # decides where nothing has flowed yet
-        element = int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax())
+        return self.most_stressed(int((self.flow.strain.max(axis=1) + 1e-12 * stress).argmax()))
+
+    def most_stressed(self, element: int) -> int:
+        """Node of the whole rod that is the most stressed of an element of the zone."""
         nodes = self.rod.nodes[self.zone.half[element]][self.zone.nodes[self.zone.corners[element]]]
         return int(nodes[self.rod.worst[nodes].argmax()])
 

@@ -21,7 +21,7 @@ from fea.analysis.assembling import AssemblySetup
 from fea.analysis.defects import with_defects
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.film import films_at
-from fea.analysis.flow import with_flow
+from fea.analysis.flow import answer_of, with_flow
 from fea.analysis.fretting import fretting
 from fea.analysis.gauges import Gauge
 from fea.analysis.meshing import adaptive_mesh, mesh_loaded
@@ -38,6 +38,7 @@ from fea.judge.case_result import CaseResult, bore_ends, case_result
 from fea.judge.fatigue import require_lines
 from fea.machine.clock import Clock, Listener
 from fea.pins.model import PinModel, PinModelContext, soft_parts
+from fea.plastic.cycling import PlasticAnswer
 from fea.rod.discretise import drawn_once, moved
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
@@ -66,6 +67,8 @@ class RefinedRod:
     shortfall: Note | None = None  #: why the tolerance is not met; None where it is
     #: By speed, rpm, as far as they are kept
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
+    #: By speed, rpm, what plastic flow led to on the mesh before the last one, where it was followed
+    coarser: Mapping[float | None, PlasticAnswer | None] = field(default_factory=dict)
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed, rpm (None for given forces); errors as of `solve_speed`."""
@@ -74,7 +77,7 @@ class RefinedRod:
             result = with_cycle(self.rod, result)
         if self.rod.options.fretting:
             result = with_fretting(self.rod, result)
-        result = with_overload(self.rod, with_flow(self.rod, result))
+        result = with_overload(self.rod, with_flow(self.rod, result, self.coarser))
         result = with_defects(self.rod, result)
         if self.rod.options.needs_film:
             result = with_film(self.rod, result)
@@ -107,6 +110,7 @@ def refined_rod(
     of_duty = () if study.duty is None else study.duty.speeds
     deciding = evenly_spread((*speeds, *of_duty))
     passes, sizes = list[PassFigures](), list[SizeField]()
+    coarser = dict[float | None, PlasticAnswer | None]()
     while True:
         rod = prepare(study, clock, mesh=mesh)
         errors, results = MeshErrors(rod, tolerance, refined=bool(sizes)), dict[float | None, SpeedResult]()
@@ -129,9 +133,10 @@ def refined_rod(
         except (GeometryError, MeshError) as error:
             obstacle = f"no finer mesh could be made. {error}"
             break
+        coarser = {rpm: answer_of(rod, result) for rpm, result in results.items()}
         del rod, results  # their memory is that of the next ones
     unmet = f"the tolerance of {tolerance:g} % is not met ({errors.bar.text}): {obstacle}"
-    return RefinedRod(rod, tuple(passes), doubt(unmet) if obstacle else None, results)
+    return RefinedRod(rod, tuple(passes), doubt(unmet) if obstacle else None, results, coarser)
 
 
 def prepare(

@@ -125,6 +125,16 @@ class SettledFatigueFigures(Figures):
     mean_MPa: float
 
 
+class CyclicFigures(Figures):
+    """``plastic.cyclic``: what flows to and fro in every turn, at its worst place."""
+
+    strain_range: float  #: of a turn, elastic and plastic
+    strength_MPa: float  #: at which it flows: the cyclic yield strength where that is smaller
+    turns: float | None  #: until it cracks; None where no strain-life curve is known or can be assumed
+    minutes: float | None  #: at the speed; None without an engine, too
+    assumed: bool | None  #: whether a constant of the curve is
+
+
 class PlasticFigures(Figures):
     """``plastic``: what becomes of a rod whose elastic stress exceeds yield, turn by turn."""
 
@@ -144,6 +154,7 @@ class PlasticFigures(Figures):
     #: Multiple of all loads up to which it was followed and settles: below 1 where it does not settle now
     settling_factor: SafetyFactor
     fatigue: WhereKnown[SettledFatigueFigures] = None
+    cyclic: WhereKnown[CyclicFigures] = None
     #: The shank under the load case that presses most on it, and the multiple of that at which it bends
     bending: WhereKnown[BendingFigures] = None
     collapse_factor: WhereKnown[float] = None

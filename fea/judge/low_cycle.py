@@ -1,9 +1,9 @@
 """Lives below 10⁴ cycles, where a notch yields in every cycle: from the local strain, by Coffin and Manson.
 
-*Local stress.* Where yielding stays local, stress and strain at a notch follow from the elastic stress there:
-σ ε = σ_e²/E (Neuber, J. Appl. Mech. 28, 1961, 544) and ε = σ/E + (σ/K′)^(1/n′), the cyclic curve with the
-constants of compatible lines: n′ = b/c, K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is larger and
-life shorter.
+*Local stress.* Where flow is followed (`fea.plastic`), stress and strain are its own. Else they follow
+from the elastic stress at a notch, where yielding stays local: σ ε = σ_e²/E (Neuber, J. Appl. Mech. 28, 1961,
+544) and ε = σ/E + (σ/K′)^(1/n′), the cyclic curve with the constants of compatible lines: n′ = b/c,
+K′ = σ_f′/ε_f′^n′. Where a whole section yields, strain is larger and life shorter.
 
 *Life.* σ_max ε_a = σ_f′²/E (2N)^(2b) + σ_f′ ε_f′ (2N)^(b + c) (Smith, Watson & Topper, J. Materials 5, 1970,
 767) with a tensile mean stress; a compressive one gives no benefit. The factors of surface and size make b
@@ -75,12 +75,20 @@ class StrainLine:
     def _of(self, highest: float, amplitude: float) -> float:
         """Cycles of one size, by their largest elastic stress and its amplitude, MPa."""
         (most, _), (_, strain) = self.local(highest), self.local(amplitude)
+        return self._until(most * strain)
+
+    def of_strain(self, highest: float, amplitude: float) -> float:
+        """Return the cycles of one size by a largest stress, MPa, and a strain amplitude that are known."""
+        return self._until(highest * amplitude / self.whole**2)
+
+    def _until(self, product: float) -> float:
+        """Cycles of one size, by the product of largest stress, MPa, and strain amplitude; at least ½."""
         b, c = self.elastic.exponent, self.plastic.exponent
 
         def above(log_reversals: float) -> float:
             elastic = self.elastic.coefficient**2 / self.modulus * math.exp(2 * b * log_reversals)
             plastic = self.elastic.coefficient * self.plastic.coefficient * math.exp((b + c) * log_reversals)
-            return math.log((elastic + plastic) / (most * strain))
+            return math.log((elastic + plastic) / product)
 
         longest = math.log(_LONGEST)
         if above(0.0) <= 0:

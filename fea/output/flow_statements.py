@@ -27,6 +27,14 @@ def flow(summary: Summary) -> Iterator[str]:
         f"{number(100 * found.max_plastic_strain, '.2g')} % ({found.where}), "
         f"{lasts or f'elastic from turn {found.turns + 1} on'}."
     )
+    if (cyclic := found.cyclic) is not None:
+        after, law = "", ", by assumed constants" if cyclic.assumed else ""
+        if cyclic.turns is not None:
+            minutes = (
+                "" if cyclic.minutes is None else f" ({number(cyclic.minutes, '.1g')} min at this speed)"
+            )
+            after = f": it cracks after about {number(cyclic.turns, '.1g')} turns{minutes}{law}"
+        yield f"Strain there varies by {number(100 * cyclic.strain_range, '.2g')} % in every turn{after}."
     if (tired := found.fatigue) is not None:
         before, after = (quantity(mean, ".0f", "MPa") for mean in (tired.elastic_mean_MPa, tired.mean_MPa))
         yield (

@@ -8,6 +8,7 @@ convex, every load between the cases is then borne elastically, too (Melan 1938)
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import combinations
 from math import ceil
 
 import numpy as np
@@ -17,6 +18,8 @@ from fea.plastic.zone import Zone, equivalent_strain
 from geometry.arrays import Floats
 
 MOST_TURNS = 60
+# Steps of iterations after which no other turn is begun.
+_MOST_STEPS = 1000
 # Excess over the yield strength that counts as none.
 YIELD_TOLERANCE = 1e-4
 # Load steps are divided until none exceeds the yield strength by more than this share of it.
@@ -45,6 +48,8 @@ class Flow:
     state: FlowState  #: at the end, in the unloaded body
     turns: int  #: in which something flowed
     cases: tuple[int, ...]  #: load cases under which something flowed
+    #: At each load case of the last turn, the displacement of the elastic body, mm, and the state
+    ends: tuple[tuple[Floats, FlowState], ...]
     #: Of the last turn, the largest equivalent plastic strain of any point added up over it
     per_turn: float
     unbalanced: float  #: largest force out of balance, relative
@@ -55,6 +60,19 @@ class Flow:
     def strain(self) -> Floats:
         """Equivalent plastic strain (n_elements, n_points) at the end."""
         return equivalent_strain(self.state.plastic)
+
+    def strain_range(self, zone: Zone) -> Floats:
+        """Largest range of strain (n_elements, n_points) between any two load cases of the last turn.
+
+        Its elastic part is that of a bar with the same von Mises stress: Δσ/E + Δε_p.
+        """
+        modulus = 9 * zone.bulk * zone.shear / (3 * zone.bulk + zone.shear)
+        largest = np.zeros(zone.volumes.shape)
+        for (u, one), (v, other) in combinations(self.ends, 2):
+            plastic = one.plastic - other.plastic
+            stress = zone.usage(u + one.moved - v - other.moved, plastic) * zone.strength
+            largest = np.maximum(largest, stress / modulus + equivalent_strain(plastic))
+        return largest
 
 
 @dataclass
@@ -70,6 +88,7 @@ class _Walk:
     beyond_yield: float = 0.0
     least_dissipation: float = 0.0
     flowed: set[int] = field(default_factory=set)
+    ends: list[tuple[Floats, FlowState]] = field(default_factory=list)  #: of the load cases of this turn
     #: By load case and step, what happened there a turn before
     last: dict[tuple[int, int], tuple[FlowState, FlowState]] = field(default_factory=dict)
 
@@ -82,6 +101,7 @@ class _Walk:
             if self._excess(self.elastic) > YIELD_TOLERANCE:
                 self._flow(case, step)
             self.beyond_yield = max(self.beyond_yield, self._excess(self.elastic))
+        self.ends.append((self.elastic, self.state))
 
     def _flow(self, case: int, step: int) -> None:
         zone, before, last = self.zone, self.state, self.last.get((case, step))
@@ -102,17 +122,19 @@ class _Walk:
 
 
 def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
-    """Repeat load cases until what happens is known.
+    """Repeat load cases until what happens is known, or until that takes too long.
 
-    `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, in the order in
-    which they act.
+    `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, of projected
+    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act.
     """
     nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
     walk, history = _Walk(zone, body, rest.moved, rest, nothing), list[tuple[float, float]]()
     answer: PlasticAnswer | None = None
+    last_step = body.steps + _MOST_STEPS
     while answer is None:
         before, walk.path, walk.beyond_yield = walk.state.plastic, nothing, 0.0
+        walk.ends.clear()
         try:
             for number, case in enumerate(cases):
                 walk.to(number, case)
@@ -121,12 +143,13 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
         else:
             net = equivalent_strain(walk.state.plastic - before)
             history.append((float(walk.path.max()), float(net.max())))
-            answer = _settled(history, most_turns)
+            answer = _settled(history, len(history) if body.steps > last_step else most_turns)
     return Flow(
         answer,
         walk.state,
         turns=sum(path > 0 for path, _ in history),
         cases=tuple(sorted(walk.flowed)),
+        ends=tuple(walk.ends),
         per_turn=float(walk.path.max()),
         unbalanced=walk.unbalanced,
         beyond_yield=walk.beyond_yield,

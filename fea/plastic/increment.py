@@ -13,14 +13,16 @@ import numpy as np
 
 from fea.plastic.zone import Zone
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 
 # Steps that Anderson's acceleration remembers, and the most steps of an increment.
 _MEMORY, _MOST_STEPS = 12, 400
+# Of the force out of balance, the share that may be left to the next step if that saves a solution.
+_LEFT = 0.05
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
-# Largest force out of balance, relative to the largest nodal force of the elements at yield.
-BALANCED = 3e-4
+# Largest force out of balance, relative to what an element at yield exerts on the same node.
+BALANCED = 5e-4
 # A larger plastic strain is not small, so that nothing that follows from it holds.
 _LARGEST_STRAIN = 0.1
 # Solves for forces (n, k) of one parity, which must vanish where the mask (n,) is True.
@@ -38,8 +40,10 @@ class ElasticBody:
     """
 
     def __init__(self, zone: Zone, solvers: Mapping[Parity, Solver]) -> None:
-        self._nodes, self._solvers = zone.nodes, dict(solvers)
-        self.halves = len(self._solvers)
+        self._nodes, self.halves = zone.nodes, len(solvers)
+        self._sides = {parity: _Side(zone.nodes, *solver) for parity, solver in solvers.items()}
+        self.scale = nodal_force(zone)  #: (n_nodes, 1), N
+        self.steps = 0  #: of iterations so far
 
     def __call__(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_nodes, 3), mm, at the nodes of the zone under forces there, N."""
@@ -47,18 +51,67 @@ class ElasticBody:
 
     def everywhere(self, forces: Floats) -> Floats:
         """Displacement (n_halves, n_all_nodes, 3) of the whole cell, mm, likewise."""
-        if self.halves == 1:
-            return self._solved(Parity.SYMMETRIC, forces[0])[None]
-        even = self._solved(Parity.SYMMETRIC, (forces[0] + forces[1]) / 2)
-        odd = self._solved(Parity.ANTISYMMETRIC, (forces[0] - forces[1]) / 2)
-        return np.stack([even + odd, even - odd])
+        return np.asarray(self._by_side(forces, lambda side, part: side.everywhere(part)[None])[0])
 
-    def _solved(self, parity: Parity, forces: Floats) -> Floats:
-        fixed, solve = self._solvers[parity]
-        sides = np.zeros((len(fixed) // 3, 3))
+    def near(self, forces: Floats, missing: float) -> tuple[Floats, Floats]:
+        """Return forces near given ones and the displacement that they cause, each (n_halves, n_nodes, 3).
+
+        Forces that were solved for before are combined, if at no node more than `missing` is left, relative
+        to what an element at yield exerts there. Else the given forces are solved for.
+        """
+        self.steps += 1
+        share = missing / self.halves
+        near, moved = self._by_side(forces, lambda side, part: side.near(part, share * self.scale))
+        return near, moved
+
+    def _by_side(self, forces: Floats, found: Callable[["_Side", Floats], Floats]) -> Floats:
+        """Combine what is found for each parity, (k, n, 3), to (k, n_halves, n, 3)."""
+        if self.halves == 1:
+            return found(self._sides[Parity.SYMMETRIC], forces[0])[:, None]
+        even = found(self._sides[Parity.SYMMETRIC], (forces[0] + forces[1]) / 2)
+        odd = found(self._sides[Parity.ANTISYMMETRIC], (forces[0] - forces[1]) / 2)
+        return np.stack([even + odd, even - odd], axis=1)
+
+
+# Forces that a parity remembers at most, and numbers that these may have.
+_KNOWN, _NUMBERS = 160, 2**24
+
+
+class _Side:
+    """An elastic body of one parity, which remembers the forces for which it was solved.
+
+    As a body that flows repeats itself from turn to turn, most forces are combinations of earlier ones.
+    """
+
+    def __init__(self, nodes: Ints, fixed: Mask, solve: Callable[[Floats], Floats]) -> None:
+        self._nodes, self._fixed, self._solve = nodes, fixed.reshape(-1, 3), solve
+        self._count, self._most = 0, max(1, min(_KNOWN, _NUMBERS // max(1, 3 * len(nodes))))
+        #: Forces, orthonormal, and the displacements that they cause, each (n_known, 3 n_nodes)
+        self._forces, self._moved = (np.zeros((self._most, 3 * len(nodes))) for _ in range(2))
+
+    def everywhere(self, forces: Floats) -> Floats:
+        """Displacement (n_all_nodes, 3) of the cell under forces (n_nodes, 3) in the zone."""
+        sides = np.zeros(self._fixed.shape)
         sides[self._nodes] = forces
-        sides = np.where(fixed, 0.0, sides.ravel())
-        return np.where(fixed, 0.0, solve(sides[:, None])[:, 0]).reshape(-1, 3)
+        sides = np.where(self._fixed, 0.0, sides).reshape(-1, 1)
+        return np.where(self._fixed, 0.0, self._solve(sides).reshape(-1, 3))
+
+    def near(self, forces: Floats, missing: Floats) -> Floats:
+        """Forces of which no more than `missing` (n_nodes, 1) is left out, and their displacement."""
+        known, moved = (each[: min(self._count, self._most)] for each in (self._forces, self._moved))
+        left = np.where(self._fixed[self._nodes], 0.0, forces).ravel()
+        weights = known @ left
+        left = left - weights @ known
+        if (np.abs(left.reshape(-1, 3)) <= missing).all():
+            return np.stack([forces - left.reshape(-1, 3), (weights @ moved).reshape(-1, 3)])
+        again = known @ left  # rounding leaves a part that is not orthogonal
+        weights, left = weights + again, left - again @ known
+        new = self.everywhere(left.reshape(-1, 3))[self._nodes].ravel()
+        found = weights @ moved + new
+        size, place = float(np.linalg.norm(left)), self._count % self._most
+        self._forces[place], self._moved[place] = left / size, new / size
+        self._count += 1
+        return np.stack([forces, found.reshape(-1, 3)])
 
 
 @dataclass(frozen=True)
@@ -87,27 +140,59 @@ def increment(
 ) -> FlowState:
     """Let a zone flow until it is in equilibrium with what acts.
 
-    `elastic` (n_halves, n_nodes, 3) is the displacement, mm, of the elastic body under what acts; `before` is
-    the state before. The iteration begins with its forces, or those of a `guess`. Raises
+    `elastic` (n_halves, n_nodes, 3) is the `projected` displacement, mm, of the elastic body under what acts;
+    `before` is the state before. The iteration begins with its forces, or those of a `guess`. Raises
     `NoEquilibriumError`: none is found.
     """
-    forces, moved = (guess or before).forces, (guess or before).moved
-    scale = _largest_force(zone)
+    own = zone.strain(elastic)[0]
+    return _balanced(zone, body, guess or before, lambda added: zone.returned(own + added, before.plastic))
+
+
+def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
+    """Return a displacement (n_halves, n_nodes, 3), mm, of the elastic body, of projected volumetric strain.
+
+    Only what exceeds first yield is, so that flow begins where the elastic stress reaches the yield strength;
+    both parts are in equilibrium. Where the iteration does not converge, nothing is projected.
+    """
+    beyond = 1 - 1 / max(1.0, float(zone.usage(elastic, zone.virgin).max(initial=0.0)))
+    if beyond == 0:
+        return elastic
+    try:
+        own = zone.strain(elastic)[1]
+        found = _balanced(zone, body, at_rest(zone, body.halves), lambda _: zone.virgin, own)
+    except NoEquilibriumError:
+        return elastic
+    return elastic + beyond * found.moved
+
+
+def _balanced(
+    zone: Zone,
+    body: ElasticBody,
+    start: FlowState,
+    flow: Callable[[Floats], Floats],
+    projected: Floats | float = 0.0,
+) -> FlowState:
+    """Find the state in which forces balance plastic strain and projection.
+
+    `flow` gives plastic strain by the deviatoric strain added; what is projected beside the volumetric strain
+    added.
+    """
+    forces, moved = start.forces, start.moved
     tried, missed = list[Floats](), list[Floats]()
     least, reached = np.inf, 0
     for step in range(_MOST_STEPS):
-        plastic = zone.returned(elastic + moved, before.plastic)
-        error = zone.initial_forces(moved, plastic) - forces
-        unbalanced = float(np.abs(error).max(initial=0.0)) / scale
+        deviatoric, volumetric = zone.strain(moved)
+        plastic = flow(deviatoric)
+        error = zone.initial_forces(projected + volumetric, plastic, body.halves) - forces
+        unbalanced = float((np.abs(error) / body.scale).max(initial=0.0))
         if unbalanced <= BALANCED:
             return FlowState(plastic, forces, moved, unbalanced)
         if unbalanced < least / 2:
             least, reached = unbalanced, step
-        if step - reached > _STALLED or not np.abs(plastic - before.plastic).max() < _LARGEST_STRAIN:
+        if step - reached > _STALLED or not np.abs(plastic - start.plastic).max() < _LARGEST_STRAIN:
             break
         tried, missed = [*tried, forces][-_MEMORY:], [*missed, error][-_MEMORY:]
-        forces = _accelerated(tried, missed)
-        moved = body(forces)
+        forces, moved = body.near(_accelerated(tried, missed), _LEFT * unbalanced)
     raise NoEquilibriumError
 
 
@@ -123,7 +208,10 @@ def _accelerated(tried: list[Floats], missed: list[Floats]) -> Floats:
     return np.asarray(tried[-1] + step.reshape(tried[-1].shape))
 
 
-def _largest_force(zone: Zone) -> float:
-    """Largest nodal force of an element at yield, N: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
+def nodal_force(zone: Zone) -> Floats:
+    """Force (n_nodes, 1), N, at the nodes of the zone at yield: σ_y ∫ |∂N/∂x| dV, the largest of any axis."""
     size = np.abs(zone.gradients) * np.repeat(zone.volumes, 3, axis=1)[..., None]
-    return float((zone.strength * size.sum(axis=1)).max())
+    of_element = (zone.strength[..., None] * size).reshape(len(size), -1, 3, size.shape[2]).sum(axis=1)
+    found = np.zeros((len(zone.nodes), 1))
+    np.maximum.at(found, zone.corners, of_element.max(axis=1)[..., None])
+    return found

@@ -1,22 +1,27 @@
 """J2 flow without hardening at the Gauss points of the elements that may flow.
 
 Yield condition of von Mises, associated flow rule, backward Euler by the radial return (Simo & Hughes 1998,
-Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four Gauss
-points cannot do at every point: the volumetric strain is projected to its mean over each element (Nagtegaal,
-Parks & Rice 1974; Simo & Hughes 1998, section 4.5), or limit loads would come out too high. Only the strain
-that flow adds is projected, so that the elastic solution stays what it is.
+Computational Inelasticity, section 3.3). Flow keeps the volume, which second-order tetrahedra with four
+Gauss points cannot do at every point (Nagtegaal, Parks & Rice 1974): loads would rise beyond the limit load,
+and the mean stress would alternate from point to point. The volumetric strain is therefore projected to a
+field that is linear in each element and continuous (Taylor & Hood 1973). Its mean over each element would do,
+too, but has a much larger error in a sphere. All of the strain is projected: if that of the elastic solution
+were not, its rest, which grows with the load and which no flow can balance, would let a body collapse early.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from fea.base.material import Material, Materials
 from fea.solid.element import COMPONENTS, gauss_block, stiffness_degree, tabulate
 from fea.solid.stress import matrices, von_mises
 from geometry.arrays import Floats, Ints
+from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 # Of symmetric tensors (…, 6): products with this weight are double contractions.
@@ -35,6 +40,7 @@ class Zone:
     half: Ints  #: (n_elements,) 0, or 1 for elements of the second half
     element: Ints  #: (n_elements,) of the cell
     corners: Ints  #: (n_elements, n_local) their nodes, as places in `nodes`
+    vertices: Ints  #: (n_elements, 4) their vertices, numbered in both halves; those at y = 0 are of both
     gradients: Floats  #: (n_elements, 3 n_points, n_local) of the shape functions, by point and axis, 1/mm
     volumes: Floats  #: (n_elements, n_points), mm³
     #: shear, bulk, strength: (n_elements, 1) moduli μ and κ and the yield strength, MPa
@@ -57,9 +63,12 @@ class Zone:
             for value in (constants.lame_lambda, constants.shear_modulus)
         )
         corners = corners.reshape(tets.shape)
+        other = (half[:, None] > 0) & ~np.isin(tets[:, :4], mesh.facets.get(Surface.SYMMETRY_Y, ()))
+        vertices = np.unique(tets[:, :4] + other * len(mesh.points), return_inverse=True)[1].reshape(-1, 4)
         gradients = np.ascontiguousarray(gauss.gradients.swapaxes(2, 3).reshape(len(tets), -1, n_local))
         bulk = lam + 2 * mu / 3
-        return cls(nodes, half, element, corners, gradients, gauss.volumes, mu, bulk, strength[:, None])
+        volumes = gauss.volumes
+        return cls(nodes, half, element, corners, vertices, gradients, volumes, mu, bulk, strength[:, None])
 
     @property
     def virgin(self) -> Floats:
@@ -71,28 +80,37 @@ class Zone:
 
         Of displacements (n_halves, n_nodes, 3), mm.
         """
-        slope = (self.gradients @ u[self.half[:, None], self.corners]).reshape(*self.volumes.shape, 3, 3)
+        slope = (self._slopes @ u.reshape(-1, 3)[: self._slopes.shape[1]]).reshape(*self.volumes.shape, 3, 3)
         strain = np.stack([(slope[..., i, j] + slope[..., j, i]) / 2 for i, j in COMPONENTS], axis=-1)
         volumetric = strain[..., :3].sum(axis=-1)
         strain[..., :3] -= volumetric[..., None] / 3
         return strain, volumetric
 
-    def mean(self, field: Floats) -> Floats:
-        """Mean (n_elements, 1) over each element of a field (n_elements, n_points)."""
-        return np.asarray(
-            (field * self.volumes).sum(axis=1, keepdims=True) / self.volumes.sum(axis=1, keepdims=True)
-        )
+    def smooth(self, field: Floats) -> Floats:
+        """Project a field (n_elements, n_points) to one that is linear in elements and continuous."""
+        values, solve = self._linear
+        return np.asarray((values @ solve(values.T @ (field * self.volumes).ravel())).reshape(field.shape))
+
+    @cached_property
+    def _linear(self) -> tuple[sparse.csr_array, Callable[[Floats], Floats]]:
+        """Values of linear fields at all Gauss points, and the solver of their mass matrix."""
+        shape = tabulate(4, stiffness_degree(self.corners.shape[1])).values
+        columns = np.repeat(self.vertices[:, None], len(shape), axis=1).ravel()
+        rows = np.repeat(np.arange(self.volumes.size), 4)
+        entries = np.tile(shape.ravel(), len(self.vertices))
+        values = sparse.csr_array(sparse.coo_array((entries, (rows, columns))))
+        mass = values.T @ sparse.diags_array(self.volumes.ravel()) @ values
+        return values, splu(sparse.csc_array(mass)).solve
 
     def stress(self, elastic: Floats, moved: Floats, plastic: Floats) -> Floats:
         """Stress (n_elements, n_points, 6), MPa.
 
         Of the displacement of the elastic body under its loads, and of that which plastic strain adds to it,
-        both (n_halves, n_nodes, 3); the volumetric strain of the latter is the mean of each element.
+        both (n_halves, n_nodes, 3).
         """
-        own, own_volumetric = self.strain(elastic)
-        added, added_volumetric = self.strain(moved)
-        stress = 2 * self.shear[..., None] * (own + added - plastic)
-        stress[..., :3] += (self.bulk * (own_volumetric + self.mean(added_volumetric)))[..., None]
+        deviatoric, volumetric = self.strain(elastic + moved)
+        stress = 2 * self.shear[..., None] * (deviatoric - plastic)
+        stress[..., :3] += (self.bulk * self.smooth(volumetric))[..., None]
         return stress
 
     def trial(self, u: Floats, plastic: Floats) -> Floats:
@@ -103,37 +121,36 @@ class Zone:
         """Von Mises stress over yield strength (n_elements, n_points)."""
         return von_mises(self.trial(u, plastic)) / self.strength
 
-    def returned(self, u: Floats, plastic: Floats) -> Floats:
-        """Plastic strain after the radial return at displacements, from that before."""
-        trial = self.trial(u, plastic)
+    def returned(self, deviatoric: Floats, plastic: Floats) -> Floats:
+        """Plastic strain after the radial return at a deviatoric strain, from that before."""
+        trial = 2 * self.shear[..., None] * (deviatoric - plastic)
         beyond = 1 - self.strength / np.maximum(von_mises(trial), self.strength)
         return np.asarray(plastic + beyond[..., None] * trial / (2 * self.shear[..., None]))
 
-    def initial_forces(self, moved: Floats, plastic: Floats) -> Floats:
+    def initial_forces(self, volumetric: Floats, plastic: Floats, n_halves: int) -> Floats:
         """Forces (n_halves, n_nodes, 3), N, that act on the elastic body like the plastic strain.
 
-        They contain what the projection of the volumetric strain changes in the displacement `moved` that
-        they cause themselves.
+        They contain what the projection of the volumetric strain takes away.
         """
-        volumetric = self.strain(moved)[1]
         initial = 2 * self.shear[..., None] * plastic
-        initial[..., :3] += (self.bulk * (volumetric - self.mean(volumetric)))[..., None]
-        return self.forces(initial, len(moved))
+        initial[..., :3] += (self.bulk * (volumetric - self.smooth(volumetric)))[..., None]
+        return self.forces(initial, n_halves)
 
     def forces(self, stress: Floats, n_halves: int) -> Floats:
         """Nodal forces (n_halves, n_nodes, 3), N, of a stress (n_elements, n_points, 6): ∫ ∇N · σ dV."""
-        tensor = matrices(stress * self.volumes[..., None]).reshape(len(self.element), -1, 3)
-        of_element = self.gradients.swapaxes(1, 2) @ tensor
-        return np.asarray((self._sum @ of_element.reshape(-1, 3))[: n_halves * len(self.nodes)]).reshape(
-            n_halves, -1, 3
-        )
+        tensor = matrices(stress * self.volumes[..., None]).reshape(-1, 3)
+        found = np.zeros((n_halves * len(self.nodes), 3))
+        found[: self._slopes.shape[1]] = self._slopes.T @ tensor
+        return found.reshape(n_halves, -1, 3)
 
     @cached_property
-    def _sum(self) -> sparse.csr_array:
-        """Sums over elements (2 n_nodes, n_elements n_local), of either half."""
-        place = (self.half[:, None] * len(self.nodes) + self.corners).ravel()
-        entries = np.ones(place.size), (place, np.arange(place.size))
-        return sparse.csr_array(sparse.coo_array(entries, shape=(2 * len(self.nodes), place.size)))
+    def _slopes(self) -> sparse.csr_array:
+        """Gradients, by element, point and axis, of fields that are given at the nodes, half by half."""
+        place = self.half[:, None, None] * len(self.nodes) + self.corners[:, None]
+        columns = np.broadcast_to(place, self.gradients.shape).ravel()
+        starts = np.arange(0, columns.size + 1, self.corners.shape[1])
+        width = (1 + self.half.max(initial=0)) * len(self.nodes)
+        return sparse.csr_array((self.gradients.ravel(), columns, starts), shape=(len(starts) - 1, width))
 
     def dissipation(self, stress: Floats, flow: Floats) -> float:
         """Work, mJ, of a stress on an increment of plastic strain, both (n_elements, n_points, 6)."""

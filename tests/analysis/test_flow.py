@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from fea import load_study
-from fea.analysis.flow import with_flow
+from fea.analysis.flow import answer_of, with_flow
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed, with_cycle
 from fea.analysis.result import run_result
 from fea.base.choices import Element, Finish, Symmetry
 from fea.base.uniform_law import estimated_cyclic_yield
+from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import Clock
 from fea.output.flow_statements import flow, flow_in_full
+from fea.plastic.cycling import PlasticAnswer
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ForcesTable
 from fea.study.speed_tables import SpeedTable
@@ -91,6 +93,21 @@ def test_the_headline_counts_what_flow_leads_to_and_the_table_first_yield(settle
     assert settled.plastic.settling_factor >= 1
 
 
+def test_it_shakes_down_only_if_it_does_on_both_meshes(mesh, largest):
+    rod = prepare(with_strength(0.97 * largest), mesh=mesh)
+    static = solve_speed(rod, RPM)
+    agreed, alone = (with_flow(rod, static, coarser) for coarser in ({RPM: answer_of(rod, static)}, None))
+    assert agreed.plastic.state == alone.plastic.state == "shakes down"
+    assert not any("coarser" in note.text for note in agreed.notes)
+    assert any("not followed on a coarser one" in note.text for note in alone.notes)
+    found = with_flow(rod, static, {RPM: PlasticAnswer.CYCLIC})
+    assert found.plastic.state == "undecided"
+    assert any("on the mesh before, cyclic" in note.text for note in found.notes)
+    factor = found.plastic.settling_factor
+    assert factor.answer(1.0) is SurvivalAnswer.UNDECIDED
+    assert factor.low <= 0.97
+
+
 def test_elastic_leaves_flow_out(mesh, largest):
     found = summary_of(with_strength(0.97 * largest, elastic=True), mesh)
     assert found.plastic is None
@@ -107,6 +124,14 @@ def test_a_range_beyond_twice_the_strength_never_settles(mesh, largest):
     assert flowing.state == "cyclic"
     assert {"tension", "compression"} <= set(flowing.cases)
     assert flowing.strain_per_turn > 0
+    # Close to Neuber's rule for a range of stress of twice the strength: Δε = Δσ_e² / (2 σ_y E).
+    found_range = flowing.cyclic.strain_range
+    assert found_range == pytest.approx(1.8**2 / (2 * 0.85) * largest / 207e3, rel=0.05)
+    assert 0.5 * flowing.strain_per_turn < found_range
+    assert flowing.cyclic.assumed
+    assert 1e3 < flowing.cyclic.turns < 1e5
+    assert flowing.cyclic.minutes == pytest.approx(flowing.cyclic.turns / (RPM / 2))
+    assert "cracks after about" in " ".join(flow(found))
     assert 0.85 < flowing.settling_factor < 1
     assert found.survival.answer in {"fails", "undecided"}
     # A smaller strength in repeated loading lowers the factor in proportion, whatever is followed.

@@ -19,7 +19,6 @@ COARSER = {
     "le11": (1.5, 1.0),
     "measured-trends": (1.6, 1.0),
     "loaded-pin": (2.0, 7.0),  # the hoop stress at 60° 3.4 % off, of 1 %
-    "plastic-sphere": (1.6, 2.0),  # the widening 4.9 % off, of 3 %
     "bree": (1.25, 1.0),
     "persson": (4.0, 8.0),  # the end of contact 3.6° off, of 0.5°
     "roller": (2.0, 3.0),  # the width of contact 2.9 % off, of 2 %
