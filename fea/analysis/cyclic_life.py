@@ -9,25 +9,34 @@ from fea.judge.low_cycle import StrainLine
 from fea.plastic.cycling import PlasticAnswer
 from fea.rod.loading import EngineLoading
 
+# Share of the elements beyond the cyclic strength from which on following them takes longer than the cycle.
+_MOST = 0.02
 
-def needs_cyclic_strength(followed: FollowedFlow) -> bool:
+
+def _needs_cyclic_strength(followed: FollowedFlow) -> bool:
     """Whether a rod has yet to be followed at the cyclic yield strength, which decides its strain range."""
     smaller = followed.rod.rod.materials[0].flow_strength < followed.zone.strength[0, 0]
     return bool(smaller and followed.flow.answer is PlasticAnswer.CYCLIC)
 
 
+def takes_too_long(followed: FollowedFlow) -> bool:
+    """Whether the strain range is left out: without a cycle, or where many elements flow at that strength."""
+    flowing = followed.rod
+    many = (flowing.nodal > flowing.rod.materials[0].flow_strength).mean() > _MOST
+    return _needs_cyclic_strength(followed) and bool(many or not flowing.rod.options.cycle)
+
+
 def cyclic_life(followed: FollowedFlow, rpm: float | None) -> CyclicFigures | None:
     """Return the range of strain of a turn and the turns to a crack; None where flow is not cyclic.
 
-    The range is that of the smaller of yield and cyclic yield strength. None, too, if the rod does not only
-    flow to and fro there, or has yet to be followed there in a run without a cycle: many elements may flow
-    then, which takes long. Life follows from the strain amplitude and the strength, which both ends of the
-    turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
+    The range is that of the smaller of yield and cyclic yield strength. None, too, if it `takes_too_long`, or
+    if the rod does not only flow to and fro at that strength. Life follows from the strain amplitude and the
+    strength, which both ends of the turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
     """
+    if takes_too_long(followed):
+        return None
     flowing, (material, *_) = followed.rod, followed.rod.rod.materials
-    if needs_cyclic_strength(followed):
-        if not flowing.rod.options.cycle:
-            return None
+    if _needs_cyclic_strength(followed):
         followed = flowing.follow(material.flow_strength)
     if followed.flow.answer is not PlasticAnswer.CYCLIC:
         return None

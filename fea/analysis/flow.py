@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.bench import bench_cases
 from fea.analysis.collapse import bending_figures, overload_table
-from fea.analysis.cyclic_life import cyclic_life, needs_cyclic_strength
+from fea.analysis.cyclic_life import cyclic_life, takes_too_long
 from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
 from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
@@ -256,8 +256,9 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
     )
     if followed.flow.answer is PlasticAnswer.UNDECIDED:
         yield doubt(f"what flows did not settle within {followed.flow.turns} turns", FLOW)
-    if needs_cyclic_strength(followed) and not rod.options.cycle:
-        yield omission("life of what flows to and fro", "it is followed at the cyclic strength with --cycle")
+    if takes_too_long(followed):
+        why = "followed at the cyclic strength with --cycle, where at most 2 % of the elements exceed it"
+        yield omission("range of strain of what flows to and fro", why)
 
 
 def left_out(rod: PreparedRod) -> str:
