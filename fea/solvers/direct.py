@@ -84,8 +84,6 @@ _OPTIONS = {0: 1, 1: 3, 34: 1}
 _BY_NODES = {17: -1, 23: 1, 36: _BLOCK}
 # The Schur complement, which need not be positive definite, is returned but not factorised.
 _WITH_SCHUR = {35: 1}
-# Substitution with so few right-hand sides takes one thread: others wait for it and for the memory.
-_SUBSTITUTION, _FEW = {_SOLVE, _FORWARD, _BACKWARD}, 4
 # Right-hand sides that are solved for at once with a Schur block; new pages for more cost as much as is won.
 _AT_ONCE = 32
 # Values, starts of the rows and columns of a sparse matrix.
@@ -134,8 +132,6 @@ class _Handle:
         """Run a phase with (n, k) sides and solution; a Schur complement (k, k) replaces the latter."""
         status, nothing, rows = ctypes.c_int32(0), np.zeros((1, 1)), len(self)
         sides = nothing if right_hand_sides is None else right_hand_sides
-        threads = 1 if phase in _SUBSTITUTION and sides.shape[1] <= _FEW else 0  # 0: as many as there are
-        before = self._library.MKL_Set_Num_Threads_Local(threads)
         self._library.pardiso(
             _pointer(self._handle),
             *(_integer(value) for value in (self._slots, slot + 1, _POSITIVE_DEFINITE, phase, rows)),
@@ -148,7 +144,6 @@ class _Handle:
             _pointer(nothing if solution is None else solution),
             ctypes.byref(status),
         )
-        self._library.MKL_Set_Num_Threads_Local(before)
         if status.value == _NOT_POSITIVE_DEFINITE:
             raise SingularMatrixError(NOT_POSITIVE_DEFINITE)
         if status.value in _NO_MEMORY:
