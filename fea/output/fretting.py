@@ -60,7 +60,7 @@ _PLACES = (
     TableColumn("part", "", "part", words=True),
     TableColumn("at x, y, z", "mm", "at_mm", coordinates),
     TableColumn("crank angle", "°", "crank_deg", ".0f"),
-    TableColumn("slip", "µm", "slip_um", "3g"),
+    TableColumn("slip", "µm", "slip_um", ".3g"),
     TableColumn("pressure", "MPa", "pressure_MPa", ".0f"),
     TableColumn("shear", "MPa", "shear_MPa", ".1f"),
     TableColumn("tension", "MPa", "tension_MPa", ".0f"),
@@ -71,8 +71,8 @@ _PLACES = (
     TableColumn("over", "mm", "averaged_mm", ".1f"),
 )
 _CHANGES = (
-    TableColumn("largest slip", "µm", "slip_um", "3g"),
-    TableColumn("energy", "mJ", "energy_mJ", "3g"),
+    TableColumn("largest slip", "µm", "slip_um", ".3g"),
+    TableColumn("energy", "mJ", "energy_mJ", ".3g"),
     TableColumn("largest τδ", "N/mm", "ruiz_1", ".2g"),
 )
 
