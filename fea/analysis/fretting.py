@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.cycle.surface_stress import Places, surface_stress
+from fea.analysis.cycle.surface_stress import TouchingPlaces, surface_stress
 from fea.analysis.cycle.unit_solutions import distinct
 from fea.analysis.fretting_figures import (
     FrettingChangeFigures,
@@ -216,7 +216,10 @@ def fretting(
         normal[mine] = face.pressing.direction(rod.mesh.cell.points[vertices.node[mine]])
     sides = [
         surface_stress(
-            rod.cycle, found.weights.at(degrees), Places(nodes, vertices.image, normal), rubbing.range > 0
+            rod.cycle,
+            found.weights.at(degrees),
+            TouchingPlaces(nodes, vertices.image, normal),
+            rubbing.range > 0,
         )
         for nodes in (vertices.node, vertices.mate)
     ]

@@ -24,7 +24,7 @@ _MEAN = {4: np.full(4, 1 / 4), 10: np.repeat([-1 / 20, 1 / 5], [4, 6])}
 
 
 @dataclass(frozen=True)
-class SurfaceStress:
+class RubbedStress:
     """Stress at k places of the surface and n instants."""
 
     part: Ints  #: (k,) number of the part
@@ -33,7 +33,7 @@ class SurfaceStress:
     radius: Floats  #: (k,) of the half ball over whose volume that is averaged, mm
 
 
-class Places(NamedTuple):
+class TouchingPlaces(NamedTuple):
     """Places where parts touch."""
 
     nodes: Ints  #: (k,) of the cell
@@ -41,7 +41,7 @@ class Places(NamedTuple):
     normal: Floats  #: (k, 3) of the surface at the nodes, square to z
 
 
-def surface_stress(rod: SpannedRod, weights: Weights, places: Places, judged: Mask) -> SurfaceStress:
+def surface_stress(rod: SpannedRod, weights: Weights, places: TouchingPlaces, judged: Mask) -> RubbedStress:
     """Return the stress at places; `judged` (k,): where the criterion is evaluated."""
     nodes, image, normal = places
     mesh, (k, n) = rod.mesh.cell, (len(nodes), weights.even.shape[1])
@@ -74,7 +74,7 @@ def surface_stress(rod: SpannedRod, weights: Weights, places: Places, judged: Ma
         found = crossland_factors(deviatoric(history), rod.materials[number], surface[at[wanted]])
         if found is not None:
             factor[rows[wanted]] = found
-    return SurfaceStress(part, tension, factor, radius)
+    return RubbedStress(part, tension, factor, radius)
 
 
 def _along(stress: Floats, across: Floats) -> Floats:
