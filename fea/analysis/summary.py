@@ -14,6 +14,7 @@ from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_
 from fea.analysis.bench import bench_cases, bench_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.figures import envelope_figures
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.figures import (
     BoreFigures,
     CaseFigures,
@@ -125,6 +126,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         plastic=result.plastic,
         overload=result.overload,
         bench=bench,
+        defect=result.defect,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
         fretting=None if result.fretting is None else result.fretting.figures(rod.mesh.bores.rod_length),
@@ -145,7 +147,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     if summary.life is not None:
         summary = replace(summary, life=replace(summary.life, reliability=duty_reliability(rod)))
     hand = hand_calculation(rod, result.cases, summary)
-    return replace(summary, hand=hand, gauges=gauges or None, defect=result.defect)
+    return replace(summary, hand=hand, gauges=gauges or None)
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:
@@ -182,6 +184,14 @@ def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> SafetyFactor | No
     return SafetyFactor.of_stress(1 / worst.value, worst.error_percent, mode="fatigue", place=place)
 
 
+def flaw_factors(defect: DefectFigures | None) -> list[SafetyFactor]:
+    """Return the factor of a given flaw against growth, unless it lasts until the next inspection."""
+    flaw = None if defect is None else defect.flaw
+    if flaw is None or flaw.depth_after_service_mm is not None:
+        return []
+    return [flaw.factor.against(flaw.factor.mode, place=f"the given flaw, {flaw.where}")]
+
+
 _CARRIES = "it carries other rods, whose forces are left out"
 
 
@@ -198,6 +208,7 @@ def summary_of(
     plastic: PlasticFigures | None = None,
     overload: OverloadFigures | None = None,
     bench: BenchFigures | None = None,
+    defect: DefectFigures | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
     fretting: FrettingFigures | None = None,
@@ -208,13 +219,14 @@ def summary_of(
     """Return the figures of one speed, with those that all speeds of a rod share."""
     life = rod.life
     shown, left_out = by_consequence((*notes, *(() if life is None else life.notes)))
-    tested = [] if bench is None else [bench.safety_factor]
+    others = [] if bench is None else [bench.safety_factor]
+    others += flaw_factors(defect)
     return Summary(
         study=rod.study.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic, overload=overload) + tested,
+            factors(results, buckling, envelope, assembly, plastic, overload=overload) + others,
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
@@ -242,6 +254,7 @@ def summary_of(
         plastic=plastic,
         overload=overload,
         bench=bench,
+        defect=defect,
         head_clearance=head_clearance,
         assembly=assembly,
         checks=checks,

@@ -9,6 +9,7 @@ from cycles import analysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.defects import NodeCycles, across, opened, with_defects
 from fea.analysis.pipeline import solve_speed, with_cycle
+from fea.analysis.summary import flaw_factors
 from fea.base.choices import Symmetry
 from fea.judge.defect import LARGEST
 from fea.study.defect_table import DefectTable
@@ -127,6 +128,15 @@ def test_a_flaw_that_grows_ends_the_rod_sooner_the_larger_it_is(solved):
     assert flaws[0].flaw.depth_after_service_mm > 0.3
     # By default it is where the smallest defect of the surface grows.
     assert flaws[0].flaw.at_mm == pytest.approx(flaws[0].at_mm, abs=0.01)
+
+
+def test_a_flaw_counts_in_the_answer_unless_it_lasts_until_the_next_inspection(solved):
+    defect = with_flaw(solved, size="0.3x2").defect
+    (factor,) = flaw_factors(defect)
+    assert (float(factor), factor.mode) == (float(defect.factor), "crack growth")
+    assert factor.place.startswith("the given flaw, ")
+    lasting = replace(defect, flaw=replace(defect.flaw, depth_after_service_mm=0.4))
+    assert flaw_factors(lasting) == flaw_factors(None) == []
 
 
 def test_a_flaw_inside(solved):
