@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -134,3 +135,11 @@ def test_memory_under_a_limit_is_seen():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert 0 < float(done.stdout) < 4 * 2**30
+
+
+def test_single_right_hand_sides_are_solved_with_more_threads_than_the_tests_have():
+    """Buckling solves for one side at a time; elsewhere the tests keep all libraries in one thread."""
+    environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS"), "2")
+    command = [sys.executable, "-m", "fea", "verify", "euler-column"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
