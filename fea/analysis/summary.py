@@ -184,14 +184,6 @@ def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> SafetyFactor | No
     return SafetyFactor.of_stress(1 / worst.value, worst.error_percent, mode="fatigue", place=place)
 
 
-def flaw_factors(defect: DefectFigures | None) -> list[SafetyFactor]:
-    """Return the factor of a given flaw against growth, unless it lasts until the next inspection."""
-    flaw = None if defect is None else defect.flaw
-    if flaw is None or flaw.depth_after_service_mm is not None:
-        return []
-    return [flaw.factor.against(flaw.factor.mode, place=f"the given flaw, {flaw.where}")]
-
-
 _CARRIES = "it carries other rods, whose forces are left out"
 
 
@@ -219,14 +211,14 @@ def summary_of(
     """Return the figures of one speed, with those that all speeds of a rod share."""
     life = rod.life
     shown, left_out = by_consequence((*notes, *(() if life is None else life.notes)))
-    others = [] if bench is None else [bench.safety_factor]
-    others += flaw_factors(defect)
+    tested = [] if bench is None else [bench.safety_factor]
     return Summary(
         study=rod.study.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope, assembly, plastic, overload=overload) + others,
+            factors(results, buckling, envelope, assembly, plastic, overload=overload, defect=defect)
+            + tested,
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 
 from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.figures import CaseFigures
 from fea.analysis.life_figures import CycleFigures
 from fea.analysis.overload_figures import OverloadFigures
@@ -44,6 +45,7 @@ def factors(
     plastic: PlasticFigures | None = None,
     *,
     overload: OverloadFigures | None = None,
+    defect: DefectFigures | None = None,
 ) -> list[SafetyFactor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
@@ -65,7 +67,7 @@ def factors(
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
     if plastic is not None and plastic.fatigue is not None:
         found.append(plastic.fatigue.safety_factor)
-    found += _left_behind(plastic, overload)
+    found += [*_left_behind(plastic, overload), *flaw_factors(defect)]
     if buckling.min_safety_factor is not None:
         found.append(buckling.min_safety_factor.against("buckling"))
     return found if assembly is None else [*found, *factors_of_assembly(assembly)]
@@ -84,6 +86,14 @@ def _left_behind(plastic: PlasticFigures | None, overload: OverloadFigures | Non
             place = f"{SET_WORDS[left.exceeded[0]]}, {what}"
             found.append(SafetyFactor(left.least_factor, mode=SET, place=place))
     return found
+
+
+def flaw_factors(defect: DefectFigures | None) -> list[SafetyFactor]:
+    """Return the factor of a given flaw against growth, unless it lasts until the next inspection."""
+    flaw = None if defect is None else defect.flaw
+    if flaw is None or flaw.depth_after_service_mm is not None:
+        return []
+    return [flaw.factor.against(flaw.factor.mode, place=f"the given flaw, {flaw.where}")]
 
 
 def factors_of_assembly(assembly: AssemblyFigures) -> list[SafetyFactor]:

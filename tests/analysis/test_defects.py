@@ -9,7 +9,7 @@ from cycles import analysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.defects import NodeCycles, across, opened, with_defects
 from fea.analysis.pipeline import solve_speed, with_cycle
-from fea.analysis.summary import flaw_factors
+from fea.analysis.survival import flaw_factors
 from fea.base.choices import Symmetry
 from fea.judge.defect import LARGEST
 from fea.study.defect_table import DefectTable
