@@ -66,7 +66,9 @@ def test_make_run_prints_what_the_readme_shows(printed):
     assert [words(line) for line in printed] == [words(line) for line in expected]
     for line, promised in zip(printed, expected, strict=True):
         if "checks passed" not in line:  # nodes and seconds depend on gmsh and the machine
-            assert numbers(line) == pytest.approx(numbers(promised), rel=0.05, abs=0.1)
+            # Rows of the table hold coordinates and forces that may be near 0.
+            absolute = 0.1 if len(numbers(line)) > 8 else 0.02
+            assert numbers(line) == pytest.approx(numbers(promised), rel=0.05, abs=absolute)
 
 
 def test_make_test_runs_pytest():
