@@ -1,9 +1,7 @@
-"""Creases of the solid: the edges of the CAD faces at which its surface turns, with the mesh edges on them.
+"""The boundary of a mesh as flat triangles, and the creases of the solid: edges where its surface turns.
 
 Which edges are sharp is read from the faces of the solid, and so depends neither on the size of the elements
 nor on how the solid was put together.
-
-The boundary of a mesh as flat triangles: places, normals, and patches without sharp edges.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""The mesh as arrays, independent of gmsh: faces of its elements, separate parts, numbering, refinement.
-
-Reflect a mesh about its cut planes, and extend fields on it in the same way.
-"""
+"""The mesh as arrays, independent of gmsh: faces, separate parts, numbering, refinement, mirror images."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

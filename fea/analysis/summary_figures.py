@@ -1,7 +1,4 @@
-"""`summary.json` as a whole, and its figures on what may end a rod besides stress.
-
-The figures of `summary.json` on a rod of separate parts: bolts, joint and fits.
-"""
+"""`summary.json` as a whole, with its figures on bolts, joint and fits, buckling, flow and oil film."""
 
 from collections.abc import Mapping
 

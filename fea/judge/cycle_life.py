@@ -36,6 +36,7 @@ from fea.base.choices import Fatigue
 from fea.base.material import SCATTER, Basquin, CoffinManson, Material, estimated_lines
 from fea.judge.fatigue import SHORT, LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import rainflow
+from fea.judge.safety_factor import CycleLife
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
 
@@ -122,22 +123,6 @@ LOW_CYCLE = 1e4  # cycles below which the stress of a notch is not elastic
 # Standard deviations of the pressure of a single cycle that must do no damage where life is unlimited.
 TAIL = 3.0
 _PRESSURES = 5  # normal pressures of cycles that stand for all of them
-
-
-@dataclass(frozen=True)
-class CycleLife:
-    """Crank cycles to failure of a place; infinite without damage."""
-
-    cycles: float  #: at the assumed or median strength
-    #: low, high: with all strengths lower and higher by the band
-    low: float
-    high: float
-    band_percent: float
-    assumed: bool  #: whether the line that gives the cycles is
-    unlimited: bool  #: whether a life without damage may be called so
-    by_strain: bool = (
-        False  #: whether the cycles, below 10⁴, follow from strain; else they are indicative there
-    )
 
 
 def assumed_line(material: Material) -> Basquin | None:

@@ -4,6 +4,8 @@ A run is written into a hidden directory beside its target, ``.<name>.<random>.p
 the target at the end. Its process holds a lock on that directory: an unlocked one was left by a process that
 died, and the next run into the same place removes it. If two directories cannot be exchanged in one step, the
 earlier run is renamed to ``.<name>.<random>.backup``, which the next run restores if necessary.
+
+Other files that the user names are checked before anything is computed, and shown as short paths.
 """
 
 import csv

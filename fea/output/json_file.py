@@ -1,7 +1,4 @@
-"""Figures as JSON, and back.
-
-The figures of a run on disk, and the file of it that shows what governs.
-"""
+"""Figures as JSON, and back; the figures of a run on disk, and the file of it that shows what governs."""
 
 import dataclasses
 import json
@@ -151,7 +148,7 @@ def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of
         return tuple(_read(arguments[0], item) for item in raw)
     if origin is not None and issubclass(origin, Mapping):
         return {key: _read(arguments[1], item) for key, item in raw.items()}
-    return raw
+    return math.inf if raw is None and hint is float else raw  # JSON has no infinity
 
 
 def _read_either(hints: list[Any], raw: Any) -> Any:

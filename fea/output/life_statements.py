@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.life_figures import CycleLifeFigures, ReliabilityFigures, TestLifeFigures
+from fea.analysis.life_figures import CycleLifeFigures, ReliabilityFigures
 from fea.analysis.summary_figures import Summary
 from fea.base.units import KN
 from fea.judge.cycle_life import LONGEST, LOW_CYCLE
+from fea.judge.safety_factor import CycleLife
 from fea.output.units import factor, hours_text, number, quantity
 
 
@@ -114,13 +115,13 @@ def fatigue_test(summary: Summary) -> Iterator[str]:
     )
 
 
-def _count(life: TestLifeFigures, cycles: float | None) -> str:
-    if cycles is None or cycles > LONGEST:
+def _count(life: CycleLife, cycles: float) -> str:
+    if cycles > LONGEST:
         return "unlimited" if life.unlimited else "more than 10⁸"
     return f"{float(f'{cycles:.{0 if life.assumed else 1}e}'):,.0f}"
 
 
-def source_of(life: CycleLifeFigures | TestLifeFigures) -> str:
+def source_of(life: CycleLifeFigures | CycleLife) -> str:
     """Return where a life comes from, in brackets."""
     line = "assumed S–N line" if life.assumed else "S–N line"
     if life.by_strain:

@@ -1,7 +1,4 @@
-"""Changes to the tables of a study, as `Study.with_` takes them: read and checked as in a study file.
-
-The tables of a study by their names.
-"""
+"""Changes to the tables of a study, as `Study.with_` takes them: read and checked as in a study file."""
 
 import dataclasses
 import re

@@ -1,6 +1,6 @@
 """Compare error against run time within a time limit, each computation in a separate process.
 
-Compare series of computations: Pareto front, times at equal error, advice.
+Series of computations have a Pareto front, times at equal error, and an advice.
 """
 
 import math

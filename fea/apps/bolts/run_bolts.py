@@ -1,6 +1,6 @@
-"""The job behind `fea bolts`: one run of a bolted rod, and a table of the bolts that fit it.
+"""The job behind `fea bolts`: one run of a bolted rod, and a table of the bolts that fit its holes.
 
-Which bolts fit the holes of a rod: the present one, and every grade in every standard thread.
+The table has the present bolt, and every grade in every standard thread that fits.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
 """The job behind `fea compare`: each study is run, and what is found stands side by side.
 
-What differs between studies: in what is compared, and in what it is judged by.
+Studies differ in what is compared, and in what they are judged by.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,6 +1,6 @@
 """The job behind `fea sweep`: resume where the journal ends, and leave the tables and the report.
 
-The report of a sweep: one HTML page with its drawings, each point linked to its study.
+The report is one HTML page with its drawings, each point linked to its study.
 """
 
 import time

@@ -1,6 +1,6 @@
 """The least change of one dimension, of the bolts or of the steel with which a rod passes, solved again.
 
-A run's rod on a coarse mesh: what a change does to its safety factors, and what assumptions do.
+A rod on a coarse mesh (`Draft`) shows what a change does to its safety factors, and what assumptions do.
 """
 
 import re
