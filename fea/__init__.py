@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fea.apps.limits.run_limits import limits
     from fea.apps.many import Results, analyse_many
     from fea.apps.result import Result, analyse, prepare
-    from fea.output.target import OccupiedError, PictureError, StorageError
+    from fea.output.folder import OccupiedError, PictureError, StorageError
     from fea.solid.errors import (
         ContactError,
         SingularMatrixError,
@@ -82,9 +82,9 @@ _HOMES = (
     "fea.apps.result:Result",
     "fea.apps.result:analyse",
     "fea.apps.result:prepare",
-    "fea.output.target:OccupiedError",
-    "fea.output.target:PictureError",
-    "fea.output.target:StorageError",
+    "fea.output.folder:OccupiedError",
+    "fea.output.folder:PictureError",
+    "fea.output.folder:StorageError",
     "fea.solid.errors:ContactError",
     "fea.solid.errors:SingularMatrixError",
     "fea.solid.errors:SolverUnavailableError",
@@ -114,7 +114,7 @@ def __getattr__(name: str) -> Any:
             raise ImportError(said) from error
         raise
     if isinstance(found, FunctionType):  # the command line calls the function itself, and keeps its own words
-        from fea.study.python_words import python_words
+        from fea.study.changes import python_words
 
         found = python_words()(found)
         found.__module__ = "fea"  # by which it is pickled
@@ -152,8 +152,8 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, An
     """
     from fea.apps.run_study import run_study
     from fea.output.json_file import as_dict
+    from fea.study.changes import python_words
     from fea.study.flags import python_flags
-    from fea.study.python_words import python_words
     from fea.study.study import Study, load_study
 
     with python_words():

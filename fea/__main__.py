@@ -171,7 +171,7 @@ def exit_code(error: Exception) -> int | None:
     from cyclopts import CycloptsError
 
     from fea.machine.exit_codes import GEOMETRY, MACHINE, SINGULAR, USAGE
-    from fea.output.target import OccupiedError, OutputError
+    from fea.output.folder import OccupiedError, OutputError
     from fea.solid.errors import (
         ContactError,
         SingularMatrixError,

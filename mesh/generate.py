@@ -18,9 +18,9 @@ from geometry.bodies import Body, draw
 from geometry.holes import place_text
 from geometry.session import GmshLog, session
 from geometry.surfaces import PLANE_AXIS, Surface
+from mesh.creases import SurfaceMesh
 from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
 from mesh.sizing import Refinement, RefinementBall, SizeField, Sizing, apply
-from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FROM_GMSH, MeshError, TetMesh, numbered, outward
 
 _MESH_ADAPT, _DELAUNAY = 1, 5  # gmsh's numbers

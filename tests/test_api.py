@@ -24,9 +24,9 @@ from fea.analysis.life_figures import EnvelopeFigures
 from fea.analysis.result import WhatIf
 from fea.apps.result import analyse
 from fea.output import run_files
+from fea.output.folder import write_text
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
-from fea.output.text import write_text
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 

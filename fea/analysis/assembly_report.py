@@ -7,7 +7,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fea.analysis.assembling import AssemblySetup
-from fea.analysis.assembly_figures import (
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.figures import OvalityFigures, figures
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.summary_figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -18,9 +21,6 @@ from fea.analysis.assembly_figures import (
     JointFigures,
     OnsetFigures,
 )
-from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.figures import OvalityFigures, figures
-from fea.analysis.prepared_rod import PreparedRod
 from fea.base.note import Note, omission, remark, warning
 from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import FITS, AssemblyState

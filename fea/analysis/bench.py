@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.figures import figures
-from fea.analysis.life_figures import BenchFigures, TestLifeFigures
+from fea.analysis.life_figures import BenchFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.analysis.speed_result import SpeedResult
@@ -47,7 +46,6 @@ def bench_figures(rod: PreparedRod, result: SpeedResult) -> BenchFigures | None:
     there = [one for one, own in parts if one.endurance_limit and not np.isnan(own[worst.node])]
     material = min(there, key=lambda one: (one.endurance_limit or 0.0) * rod.regions.factor(worst.node, one))
     life = cycle_life(signed, material, rod.regions.factor(worst.node, material), rod.options.fatigue)
-    endless = {name: None for name in ("cycles", "low", "high") if np.isinf(getattr(life, name, 0.0))}
     named = {"mode": "fatigue", "place": where}
     return BenchFigures(
         forces_N=tuple(float(case.load.pin_axial) if case.stress.any() else 0.0 for case in cases),
@@ -56,5 +54,5 @@ def bench_figures(rod: PreparedRod, result: SpeedResult) -> BenchFigures | None:
         where=where,
         mean_MPa=float(signed.mean()),
         amplitude_MPa=float(np.ptp(signed) / 2),
-        life=None if life is None else figures(TestLifeFigures, life, **endless),
+        life=life,
     )

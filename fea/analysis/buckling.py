@@ -18,8 +18,7 @@ from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
 from geometry.arrays import Floats
 from loads.instants import Instants
-from mesh.mirror import MirroredMesh
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import MirroredMesh, TetMesh
 
 
 def part_at(mesh: TetMesh, station: float) -> int:

@@ -4,8 +4,7 @@ import numpy as np
 
 from fea.analysis.flowing_rod import FollowedFlow
 from fea.analysis.summary_figures import CyclicFigures
-from fea.judge.cycle_life import life_line
-from fea.judge.low_cycle import StrainLine
+from fea.judge.cycle_life import StrainLine, life_line
 from fea.plastic.cycling import PlasticAnswer
 from fea.rod.loading import EngineLoading
 
@@ -31,7 +30,7 @@ def cyclic_life(followed: FollowedFlow, rpm: float | None) -> CyclicFigures | No
 
     The range is that of the smaller of yield and cyclic yield strength. None, too, if it `takes_too_long`, or
     if the rod does not only flow to and fro at that strength. Life follows from the strain amplitude and the
-    strength, which both ends of the turn reach (Smith, Watson & Topper: `fea.judge.low_cycle`).
+    strength, which both ends of the turn reach (Smith, Watson & Topper: `fea.judge.cycle_life`).
     """
     if takes_too_long(followed):
         return None

@@ -24,12 +24,12 @@ from fea.base.material import CrackMetal, Material
 from fea.base.note import Note, assumptions, warning
 from fea.judge.crack import DEEPEST, grown, surface_intensity
 from fea.judge.defect import ACCURATE, Position, StressCycle, area_root, flaw_limit, largest_defect
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import CAP
 from fea.machine.threads import side_by_side
 from fea.rod.places import place_name, place_names
-from fea.solid.element import shape_functions
+from fea.solid.assembly import shape_functions
 from fea.solid.sharp_edges import FacetSurface
 from fea.solid.stress import principal
 from fea.study.defect_table import Flaw

@@ -23,7 +23,7 @@ from fea.solvers.static import Model, StaticSolution
 from geometry.arrays import Floats
 from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants
-from mesh.mirror import MirroredMesh
+from mesh.tetmesh import MirroredMesh
 
 
 @dataclass(frozen=True)

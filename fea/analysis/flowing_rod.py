@@ -12,7 +12,7 @@ from fea.judge.history import deviatoric, mean_shift
 from fea.plastic.cycling import MOST_TURNS, YIELD_TOLERANCE, Flow, PlasticAnswer, cycled
 from fea.plastic.increment import ElasticBody, projected
 from fea.plastic.zone import Zone, equivalent_strain
-from fea.solid.element import mean_at_nodes
+from fea.solid.assembly import mean_at_nodes
 from fea.solid.parity import Parity
 from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Ints, Mask

@@ -132,10 +132,8 @@ class ForceReport:
         """Return the figures for JSON."""
         whole = None if self.engine is None else self._figures(self.engine, WHOLE_ENGINE)
         first = vars(self._figures(self.first, EXTREMES))
-        trace = None if self.trace is None else TraceFigures(**vars(self.trace))
-        return ForceFigures(
-            study=study, rpm=self.rpm, note=self.note or None, engine=whole, trace=trace, **first
-        )
+        note = self.note or None
+        return ForceFigures(study=study, rpm=self.rpm, note=note, engine=whole, trace=self.trace, **first)
 
     def _figures(self, table: dict[str, npt.ArrayLike], names: Iterable[str]) -> "EngineForceFigures":
         torque = mean_torque(table)
@@ -151,17 +149,6 @@ class EngineForceFigures(Figures):
     mean_power_kW: float
 
 
-class TraceFigures(Figures):
-    """``trace``: how the pressures of a user's file were read; see `loads.trace.TraceReading`."""
-
-    unit: str
-    reference: str
-    offset_bar: float
-    offset_error_bar: float | None
-    compression_exponent: float | None
-    peak_bar: float
-
-
 class ForceFigures(Figures):
     """The figures of ``fea loads`` at one speed: first cylinder, and the whole engine where asked for."""
 
@@ -172,7 +159,7 @@ class ForceFigures(Figures):
     mean_power_kW: float
     note: str | None
     engine: WhereKnown[EngineForceFigures] = None
-    trace: WhereKnown[TraceFigures] = None  #: of a user's file
+    trace: WhereKnown[TraceReading] = None  #: how the pressures of a user's file were read
 
 
 def force_reports(

@@ -31,7 +31,7 @@ from fea.solid.errors import ContactError
 from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
-from mesh.mirror import MirroredMesh
+from mesh.tetmesh import MirroredMesh
 
 # The pairs that touch with friction, by the first surface.
 PAIRS = {

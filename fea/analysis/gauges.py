@@ -15,8 +15,8 @@ from fea.analysis.summary_figures import GaugeCaseFigures, GaugeFigures
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
 from fea.pins.model import Weights
-from fea.solid.element import shape_functions
-from fea.study.gauge_table import GaugeTable
+from fea.solid.assembly import shape_functions
+from fea.study.option_tables import GaugeTable
 from geometry.arrays import Floats, Ints, vector
 from geometry.errors import require
 from geometry.surfaces import Surface

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from fea.analysis.figures import Figures, WhereKnown
-from fea.judge.safety_factor import SafetyFactor
+from fea.judge.safety_factor import CycleLife, SafetyFactor
 from geometry.arrays import Vector
 
 
@@ -118,18 +118,6 @@ class CycleLifeFigures(Figures):
     reliability: WhereKnown[ReliabilityFigures] = None
 
 
-class TestLifeFigures(Figures):
-    """Cycles to failure in a fatigue test; None for no damage, as in `CycleLifeFigures`."""
-
-    cycles: float | None
-    low: float | None  #: with all strengths lower by `band_percent`, as `high` with higher ones
-    high: float | None
-    band_percent: float
-    assumed: bool  #: as in `CycleLifeFigures`, like the next two
-    unlimited: bool
-    by_strain: bool
-
-
 class BenchFigures(Figures):
     """``bench``: a fatigue test between two forces along the rod, at its worst place."""
 
@@ -139,7 +127,7 @@ class BenchFigures(Figures):
     where: str  #: in words
     mean_MPa: float  #: of the signed equivalent stress there, as the amplitude
     amplitude_MPa: float
-    life: TestLifeFigures | None  #: None where no S–N line is known or can be assumed
+    life: CycleLife | None  #: None where no S–N line is known or can be assumed
 
 
 class CycleFigures(Figures):

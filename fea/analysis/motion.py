@@ -22,7 +22,7 @@ from fea.solid.parity import Parity, ParityPair
 from fea.solid.stress import von_mises
 from fea.solvers.static import StaticSolution
 from geometry.arrays import Floats, Ints, Reals
-from mesh.mirror import tensor_signs
+from mesh.tetmesh import tensor_signs
 
 # Numbers of fields that are tried; the last is beyond what any cycle needs.
 _COUNTS = (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 128, 160, 192, 256, 384, 512)
@@ -118,7 +118,7 @@ class Motion:
     """
 
     nodes: Ints  #: (n,) surface nodes of the whole rod
-    #: row, sign: (n,) the row of each, (n, 3) as `mesh.mirror.MirroredMesh.sign`
+    #: row, sign: (n,) the row of each, (n, 3) as `mesh.tetmesh.MirroredMesh.sign`
     row: Ints
     sign: Floats
     #: even, odd: the parts about y = 0; the second is None where the rod is not cut there

@@ -18,7 +18,7 @@ from fea.analysis.life import make_exact
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.units import RPM, UM
 from fea.judge.fatigue import reversed_amplitude
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.judge.reliability import AWAY
 from fea.pins.contact import ContactPins
 from fea.solid.errors import ContactError

@@ -9,7 +9,6 @@ from string import ascii_uppercase
 
 import numpy as np
 
-from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.bench import bench_cases, bench_figures
 from fea.analysis.buckling import BucklingReport
@@ -30,8 +29,7 @@ from fea.analysis.figures import (
     plain,
 )
 from fea.analysis.fretting_figures import FrettingFigures
-from fea.analysis.hand_calculation import hand_calculation
-from fea.analysis.head_clearance import head_clearance
+from fea.analysis.hand_calculation import hand_calculation, head_clearance
 from fea.analysis.life_figures import BenchFigures, CycleFigures
 from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.pipeline import RefinedRod
@@ -40,6 +38,7 @@ from fea.analysis.refinement import usage
 from fea.analysis.reliability import duty_reliability
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import (
+    AssemblyFigures,
     BucklingFigures,
     EnvironmentFigures,
     FilmFigures,

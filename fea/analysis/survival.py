@@ -3,12 +3,11 @@
 from collections.abc import Mapping, Sequence
 from math import isfinite
 
-from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.defect_figures import DefectFigures
 from fea.analysis.figures import CaseFigures
 from fea.analysis.life_figures import CycleFigures
 from fea.analysis.overload_figures import OverloadFigures
-from fea.analysis.summary_figures import BucklingFigures, PlasticFigures, SurvivalFigures
+from fea.analysis.summary_figures import AssemblyFigures, BucklingFigures, PlasticFigures, SurvivalFigures
 from fea.base.shipped import shipped_toml
 from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, printed
 

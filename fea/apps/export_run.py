@@ -24,15 +24,13 @@ from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
 from fea.machine.clock import Clock, Listener
-from fea.output.folder import REPORT, SHEET, SUMMARY
+from fea.output.folder import REPORT, SHEET, SUMMARY, StorageError, require_target
 from fea.output.inp import Step, write_deck
+from fea.output.json_file import governing_run
 from fea.output.pictures.picture import ready_to_draw
-from fea.output.report.page import write_report, write_sheet
-from fea.output.report.pdf import write_pdf
+from fea.output.report.page import write_pdf, write_report, write_sheet
 from fea.output.report.sections import marks
-from fea.output.run_summary import governing_run
 from fea.output.stored_run import StoredRun, read_run
-from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.output.vtu import COMPONENTS
 from fea.rod.given import PART, meshed_rod

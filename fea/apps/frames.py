@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from fea.analysis.summary_figures import Summary
 from fea.output.json_file import as_dict
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.study import Study
 from fea.study.tables import entries_of
 

@@ -12,8 +12,8 @@ from fea.apps.sweep.evaluate import figures
 from fea.apps.sweep.workers import in_own_process, own_processes, usual_workers
 from fea.machine.clock import Clock, duration, progress_shown
 from fea.machine.threads import threads
+from fea.study.changes import python_words
 from fea.study.flags import python_flags
-from fea.study.python_words import python_words
 from fea.study.study import Study
 from geometry.errors import require
 

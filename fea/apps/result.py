@@ -15,16 +15,15 @@ from fea.analysis.result import RunResult, run_result
 from fea.apps.frames import case_rows, frame
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock, duration, in_words, progress_shown
-from fea.output.folder import run_folder
+from fea.output.folder import PictureError, run_folder
 from fea.output.json_file import JsonObject, as_dict
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import chosen_field, described_by
 from fea.output.run_files import write_run
-from fea.output.target import PictureError
 from fea.output.units import shown_in
 from fea.output.vtu import vtk_grid, write_vtu
+from fea.study.changes import in_python, python_words
 from fea.study.flags import python_flags
-from fea.study.python_words import in_python, python_words
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import InvalidValue, require
 from mesh.tetmesh import TetMesh

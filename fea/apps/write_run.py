@@ -12,11 +12,10 @@ from fea.analysis.result import ELSEWHERE, RunResult, gathered_result, run_resul
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import Summary
 from fea.machine.clock import Clock, Listener
-from fea.output.folder import REPORT, run_folder
+from fea.output.folder import REPORT, csv_text, run_folder, write_columns, write_text
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.plots.forces import plot_speed_map
 from fea.output.run_files import write_run
-from fea.output.text import csv_text, write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 

@@ -24,7 +24,7 @@ from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import progress_line, stages
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.machine.threads import limit_threads
-from fea.output.target import near, require_target
+from fea.output.folder import near, require_target
 from fea.output.terminal.prose import print_lines, terminal
 from fea.output.units import in_heading, in_rows, shown_in
 from fea.study.flags import NO_FLAGS, Flags

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from fea.base.units import with_power
 from fea.cli.options import Json, print_json, print_written
+from fea.output.folder import require_target, write_text
 from fea.output.json_file import json_text
-from fea.output.target import require_target
 from fea.output.terminal.prose import plain_table, terminal
-from fea.output.text import write_text
 from fea.study.documents import SCHEMA_FILE, is_schema, study_schema, template
 from fea.study.tables import number_of, unit_of
 from geometry.errors import InvalidValue, require, require_positive

@@ -10,9 +10,8 @@ from cyclopts import Parameter
 from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, load_with_flags, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.machine.system import replaced
-from fea.output.target import require_target
+from fea.output.folder import require_target, write_columns, write_text
 from fea.output.terminal.rod import print_forces, print_modes, print_rod
-from fea.output.text import write_columns, write_text
 from fea.output.units import shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.rod_table import RodTable

@@ -10,7 +10,7 @@ from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import stages
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.machine.threads import limit_threads
-from fea.output.target import near, require_target
+from fea.output.folder import near, require_target
 from fea.output.units import shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY

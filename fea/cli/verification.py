@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from fea.cli.options import Markdown, Printed
 from fea.machine.clock import stages
 from fea.machine.exit_codes import CHECK_FAILED
-from fea.output.target import require_target
+from fea.output.folder import require_target
 from fea.study.study import DEFAULT_STUDY, load_study
 from geometry.errors import require_positive
 

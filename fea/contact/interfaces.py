@@ -19,8 +19,8 @@ import numpy as np
 from scipy import sparse
 
 from fea.contact.elastic_pin import Deflection, Pin
+from fea.solid.assembly import tabulate
 from fea.solid.bore import facet_areas
-from fea.solid.element import tabulate
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface

@@ -1,5 +1,6 @@
-"""Safety factors with their intervals: the type of every factor that is printed or compared."""
+"""Safety factors with their intervals, and lives in cycles: the types of all that are printed or compared."""
 
+from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, isfinite, isnan, log10
 from typing import Any, Self
@@ -92,6 +93,20 @@ class SafetyFactor(float):
         if bar.startswith("("):
             return f"{number} {bar[:-1]}; {where})" if where else f"{number} {bar}"
         return " ".join(part for part in (number, bar, f"({where})" if where else "") if part)
+
+
+@dataclass(frozen=True)
+class CycleLife:
+    """Crank cycles, or those of a fatigue test, to failure of a place; infinite (null) without damage."""
+
+    cycles: float  #: at the assumed or median strength
+    #: low, high: with all strengths lower and higher by the band
+    low: float
+    high: float
+    band_percent: float
+    assumed: bool  #: whether the line that gives the cycles is
+    unlimited: bool  #: whether a life without damage may be called so
+    by_strain: bool = False  #: whether cycles below 10⁴ follow from strain; else they are indicative
 
 
 def decimals(value: float) -> int:

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from math import inf
 
-from fea.analysis.assembly_figures import AssemblyFigures, FitFigures, OnsetFigures
-from fea.analysis.summary_figures import Summary
+from fea.analysis.summary_figures import AssemblyFigures, FitFigures, OnsetFigures, Summary
 from fea.base.units import KN, UM
 from fea.output.units import bar, factor, number, quantity
 from loads.instants import ASSEMBLY

@@ -1,9 +1,11 @@
-"""What yielding leads to, in sentences."""
+"""What a rod keeps beyond yield: flow, permanent set, bending and a single overload, in sentences."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
+from fea.analysis.overload_figures import BendingFigures, SetFigures
 from fea.analysis.summary_figures import Summary
-from fea.output.overload_statements import bends, permanent_set
+from fea.analysis.survival import SET_WORDS
+from fea.base.units import KN, UM
 from fea.output.units import factor, number, quantity
 
 # What flow that does not end does.
@@ -59,3 +61,81 @@ def flow_in_full(summary: Summary) -> Iterator[str]:
         yield bends(found.bending, f"that of {found.bending.case}")
     if found.strain_per_turn:
         yield f"In every turn {number(100 * found.strain_per_turn, '.2g')} % of plastic strain add up there."
+
+
+_PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
+_KINDS = {"knock": "Knock of {}", "liquid": "Liquid compressed to {}", "force": "Overload"}
+
+
+# What of a set is worth a word, and in which.
+_LEAST_UM, _LEAST_DEG = 0.1, 1e-3
+_DEPARTS = {
+    "bow": "the shank bowed",
+    "bend": "the bores' axes out of parallel over 100 mm",
+    "big_end": "the big end's bore out of round",
+    "small_end": "the small end's",
+}
+
+
+def permanent_set(left: Mapping[str, float], judged: SetFigures | None) -> str:
+    """Return what is left without load, and what of it exceeds its limit."""
+    sign = "longer" if left["length"] > 0 else "shorter"
+    length = f"{_um(abs(left['length']))} {sign}" if abs(left["length"]) >= _LEAST_UM else "as long as it was"
+    parts = [f"{length} between the bores"]
+    counted = {name: what for name, what in _DEPARTS.items() if left[name] >= _LEAST_UM}
+    parts += [f"{what} by {_um(left[name])}" for name, what in counted.items()]
+    parts += [f"twisted by {number(left['twist_deg'], '.2g')}°"] if left["twist_deg"] >= _LEAST_DEG else []
+    if judged is None:
+        return ", ".join(parts)
+    beyond = [f"{SET_WORDS[name]} ({_limit(name, judged.limits[name])})" for name in judged.exceeded]
+    end = f"; beyond the limit: {', '.join(beyond)}" if beyond else ", within the limits"
+    return ", ".join(parts) + end
+
+
+def _um(value: float) -> str:
+    if value >= 1e3:
+        return quantity(value * UM, ".2f", "mm")
+    return quantity(value, ".2g" if value < 100 else ".0f", "µm")
+
+
+def _limit(name: str, value: float) -> str:
+    return f"{number(value, '.3g')}°" if name == "twist_deg" else quantity(value, ".3g", "µm")
+
+
+def bends(found: BendingFigures, what: str) -> str:
+    """Return when the shank bends under loads, in words."""
+    return (
+        f"With a bow of {quantity(found.bow_mm, '.2g', 'mm')} and a strength of "
+        f"{quantity(found.strength_MPa, '.0f', 'MPa')}, the shank bends {_PLANES[found.plane]} at "
+        f"{quantity(found.limit_N / KN, '.1f', 'kN')}, {number(found.limit_N / found.force_N, '.2f')} times "
+        f"{what}; its first fibre yields at {quantity(found.first_yield_N / KN, '.1f', 'kN')}."
+    )
+
+
+def overload(summary: Summary) -> Iterator[str]:
+    """Yield what a single overload leaves."""
+    if (found := summary.overload) is None:
+        return
+    pressure = "" if found.pressure_bar is None else quantity(found.pressure_bar, ".0f", "bar")
+    force, limit = (
+        quantity(each / KN, ".1f", "kN") for each in (found.bending.force_N, found.bending.limit_N)
+    )
+    left = "" if found.set_um is None else permanent_set(found.set_um, found.set_judged)
+    elements = "1 element" if found.elements == 1 else f"{found.elements} elements"
+    carries = f"the shank bends at {limit}, factor {factor(found.safety_factor)}"
+    flows = f"{elements} by up to {number(100 * found.max_plastic_strain, '.2g')} % ({found.where})"
+    does = {
+        "elastic": f"it stays elastic; {carries}",
+        "flows": f"it flows in {flows} and stays {left}; {carries}",
+        "bends": f"it bends {_PLANES[found.bending.plane]}, as it carries {limit}; "
+        f"{left or 'nothing ends that before its bow is a tenth of its length'}",
+        "collapses": f"it gives way plastically ({found.where})",
+    }
+    yield f"{_KINDS[found.kind].format(pressure)}, {force} on the rod: {does[found.state]}."
+
+
+def overload_in_full(summary: Summary) -> Iterator[str]:
+    """Yield what a single overload leaves, and how the shank bends under it."""
+    yield from overload(summary)
+    if summary.overload is not None:
+        yield bends(summary.overload.bending, "the overload")

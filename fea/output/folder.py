@@ -4,20 +4,145 @@ A run is written into a hidden directory beside its target, ``.<name>.<random>.p
 the target at the end. Its process holds a lock on that directory: an unlocked one was left by a process that
 died, and the next run into the same place removes it. If two directories cannot be exchanged in one step, the
 earlier run is renamed to ``.<name>.<random>.backup``, which the next run restores if necessary.
+
+Other files that the user names are checked before anything is computed, and shown as short paths.
 """
 
+import csv
 import errno
+import io
 import json
+import math
 import os
 import re
 import shutil
-from collections.abc import Iterator
+import sys
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from fea.machine.system import PathLock, exchange, flush, incomplete
-from fea.output.target import OccupiedError, near, picture_name, reported
+import numpy as np
+import numpy.typing as npt
+
+from fea.machine.system import PathLock, exchange, flush, incomplete, replaced
+from geometry.arrays import Floats
+from geometry.errors import public, require
+
+
+def require_target(
+    option: str, path: Path | None, suffixes: Collection[str], *, parents: bool = False
+) -> None:
+    """Refuse a file, given by an option, that cannot be written; None stands for none.
+
+    Suffixes are in lower case; an existing device or pipe may have any. With `parents`, missing directories
+    above it will be created. Raises `InvalidValue`: the suffix is not allowed, the path is a directory, or
+    there is none that it can be written into.
+    """
+    if path is None:
+        return
+    require(not path.is_dir(), option, str(path), "is a directory", "Name a file.")
+    device = path.exists() and not path.is_file()
+    rule = f"must end in {' or '.join(suffixes)}"
+    require(device or path.suffix.lower() in suffixes, option, str(path), rule)
+    if parents:
+        above = next(parent for parent in path.absolute().parents if parent.exists())
+        rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
+    else:
+        above, remedy = path.parent, "Create the directory first."
+        rule = "is in a directory that does not exist"
+    require(above.is_dir(), option, str(path), rule, remedy)
+
+
+def near(path: Path) -> Path:
+    """Return a path relative to the current directory if it is below it and that is not the root."""
+    here = Path.cwd()
+    short = path.is_relative_to(here) and here != here.parent
+    return path.relative_to(here) if short else path
+
+
+def picture_name(result: str) -> str:
+    """Return the name of the picture of a result file, which stands beside it."""
+    return Path(result).with_suffix(".png").name
+
+
+class OutputError(Exception):
+    """A result could not be written or shown."""
+
+
+@public
+class OccupiedError(OutputError):
+    """The output directory contains something other than an earlier run (exit code 2)."""
+
+
+@public
+class StorageError(OutputError):
+    """A full disk, a permission or the file system prevents writing (exit code 7)."""
+
+
+@public
+class PictureError(OutputError):
+    """No usable picture could be drawn; the result files are not affected (exit code 7)."""
+
+
+_LONG = 260 - 40  # characters of a folder, without the random part of its name and the names of its files
+
+
+@contextmanager
+def reported(
+    path: Path, remedy: str, *, verb: str = "written", kind: type[OutputError] = StorageError
+) -> Iterator[None]:
+    """Turn an error of the system, met while a path is written, into one of a kind that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        if sys.platform == "win32" and len(str(path.absolute())) > _LONG:
+            remedy = f"Paths of more than 260 characters need Windows' long paths enabled. {remedy}"
+        raise kind(f"{path} could not be {verb}: {error.strerror or error}. {remedy}") from error
+
+
+@contextmanager
+def stored(path: Path) -> Iterator[Path]:
+    """Yield a place to write a file, as `replaced` does; raises `StorageError`, which says what to do."""
+    with reported(path, "Choose another path, or free disk space."), replaced(path) as place:
+        yield place
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with unchanged newlines, completely or not at all; raises `StorageError`."""
+    with stored(path) as place:
+        place.write_text(text, encoding="utf-8", newline="\n")
+
+
+def make_directory(path: Path) -> None:
+    """Create a directory and its missing parents; raises `StorageError` if the system refuses."""
+    with reported(path, "Choose another path.", verb="created"):
+        path.mkdir(parents=True, exist_ok=True)
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV; what is None stays blank."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
+    """Write columns (n,), or numbers for all rows, by name. `ValueError`: lengths differ; `StorageError`."""
+    every = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
+    values = np.stack(every, axis=1) + 0.0  # without negative zeros; what does not apply, NaN, is blank
+    row = ",".join(["%.7g"] * values.shape[1]) + "\n"
+    rows = (row * len(values) % tuple(values.ravel().tolist())).replace("nan", "")
+    write_text(path, ",".join(columns) + "\n" + rows)
+
+
+def read_columns(path: Path) -> dict[str, Floats]:
+    """Read columns (n,) by their names, NaN for none. Raises `OSError`; `ValueError`: not such a table."""
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    names = head.split(",")
+    values = [[float(cell) if cell else math.nan for cell in row.split(",")] for row in rows]
+    return dict(zip(names, np.array(values).reshape(-1, len(names)).T, strict=True))
+
 
 REPORT, SHEET = "report.html", "sheet.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.

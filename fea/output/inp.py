@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fea.base.material import Material
-from fea.output.text import write_text
+from fea.output.folder import write_text
 from geometry.arrays import Floats, Mask
 from mesh.tetmesh import FACES, TetMesh, faces_behind
 

@@ -19,13 +19,11 @@ from fea.base.note import omission
 from fea.film.cycle import FilmCycle
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
-from fea.output.folder import REPORT, SUMMARY
+from fea.output.folder import REPORT, SUMMARY, PictureError, csv_text, picture_name, write_columns, write_text
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
 from fea.output.plots.fretting import plot_fretting
-from fea.output.target import PictureError, picture_name
-from fea.output.text import csv_text, write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
 from fea.pins.yielding import End
 from geometry.arrays import Floats

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Iterator
 from math import sqrt
 from typing import NamedTuple
 
-from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.figures import CaseFigures, SharpEdgeFigures
 from fea.analysis.life_figures import PlaceFigures, SurfaceFigures
-from fea.analysis.summary_figures import Summary
+from fea.analysis.summary_figures import AssemblyFigures, Summary
 from fea.analysis.survival import LASTING_FLOW
 from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
@@ -23,12 +22,10 @@ from fea.output.assembly_statements import (
     fits,
     linings,
 )
-from fea.output.bench_statements import fatigue_test
 from fea.output.defect_answer import defect_sizes, given_flaw
-from fea.output.flow_statements import flow, flow_in_full
+from fea.output.flow_statements import flow, flow_in_full, overload, overload_in_full
 from fea.output.fretting import fretting, fretting_in_full
-from fea.output.life_statements import life, log_lines
-from fea.output.overload_statements import overload, overload_in_full
+from fea.output.life_statements import fatigue_test, life, log_lines
 from fea.output.tables import SIDES
 from fea.output.units import bar, factor, number, place, quantity
 

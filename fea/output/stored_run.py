@@ -12,8 +12,8 @@ from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, WhatIf, drawn_bores
 from fea.analysis.summary_figures import Summary
-from fea.output.run_summary import AGAIN, STUDY, run_summary
-from fea.output.text import read_columns
+from fea.output.folder import read_columns
+from fea.output.json_file import AGAIN, STUDY, run_summary
 from fea.output.vtu import cell_name, point_name
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require

@@ -8,8 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import numpy.typing as npt
 
-from fea.output.target import StorageError
-from fea.output.text import write_text
+from fea.output.folder import StorageError, write_text
 from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]

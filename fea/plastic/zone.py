@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fea.base.material import Material, Materials
-from fea.solid.element import COMPONENTS, gauss_block, stiffness_degree, tabulate
+from fea.solid.assembly import COMPONENTS, gauss_block, stiffness_degree, tabulate
 from fea.solid.stress import matrices, von_mises
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface

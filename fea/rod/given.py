@@ -12,7 +12,7 @@ from fea.machine.system import memory_limit
 from fea.rod.discretise import MeshRequest
 from fea.rod.meshed_rod import Bores, MeshedRod, Meshing
 from fea.rod.reading import SECONDS, read_isolated
-from fea.solid.element import volume_points
+from fea.solid.assembly import volume_points
 from fea.solid.inertia import enclosed_volume
 from fea.study.files import require_size
 from fea.study.rod_table import LARGEST_MESH_FILE, RodTable
@@ -24,9 +24,8 @@ from geometry.session import session
 from geometry.surfaces import Mirror
 from mesh.files.given import GivenMesh, given_mesh, mean_edge
 from mesh.generate import NOTHING
-from mesh.mirror import unmirrored
 from mesh.quality import measure
-from mesh.tetmesh import MeshError, TetMesh
+from mesh.tetmesh import MeshError, TetMesh, unmirrored
 
 PART = "rod"
 # Bytes that are read within a second, with room to spare; memory, bytes, for any file, and per byte of it:

@@ -16,10 +16,9 @@ from geometry.solid import Solid
 from geometry.surfaces import Mirror, Surface
 from mesh.creases import Creases
 from mesh.generate import Repair
-from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
 from mesh.sizing import PER_ARC, default_size
-from mesh.tetmesh import TetMesh, numbered, separated
+from mesh.tetmesh import MirroredMesh, TetMesh, numbered, reflect, separated, unmirrored
 
 if TYPE_CHECKING:
     from mesh.moving import MovableMesh

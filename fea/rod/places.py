@@ -17,7 +17,7 @@ from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import BUSHING, UPPER_SHELL
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.surface_mesh import SurfaceMesh
+from mesh.creases import SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Surfaces of a bore's ends and grooves are within this multiple of its radius.

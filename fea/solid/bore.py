@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.solid.element import shape_functions, tabulate
+from fea.solid.assembly import shape_functions, tabulate
 from fea.solid.parity import ParityPair
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.solid.element import jacobians, shape_functions
+from fea.solid.assembly import jacobians, shape_functions
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import PLANE_AXIS, Surface

@@ -17,8 +17,9 @@ of the ends: it is large if the elements are too large for the gradient of the s
 may be small or large by chance, so q² is the mean of the sum of their squares over the elements around it.
 With s the von Mises stress, n the pressure on the surface, c `STRESS_FACTOR` and p `STRESS_POWER`, the error
 is c (s + n) (q / s)^p: second-order elements recover σ* better than σ_h, hence p > 1; less so where a pin
-presses, whose pressure is linear on the facets, hence n. The constants are fitted: see `fea.judge.verdict`.
-Inside the body, where σ* is the mean over the elements, the sagitta counts for more: see `INSIDE_FACTOR`.
+presses, whose pressure is linear on the facets, hence n. The constants are fitted: see
+`fea.judge.case_error`. Inside the body, where σ* is the mean over the elements, the sagitta counts for more:
+see `INSIDE_FACTOR`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,8 +28,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
+from fea.solid.assembly import blocks, gauss_blocks, reference_nodes, shape_functions, tabulate
 from fea.solid.boundary import facet_normals
-from fea.solid.element import blocks, gauss_blocks, reference_nodes, shape_functions, tabulate
 from fea.solid.recovery import ElementStress, dyads, extrapolation
 from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints
@@ -44,7 +45,7 @@ _DEGREE = 2
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
 # Weight of the quadratic interpolation of the recovered stress; the rest is linear.
 _QUADRATIC = 0.5
-# Constants of the error of the stress, by element order: with them the error bars of `fea.judge.verdict`
+# Constants of the error of the stress, by element order: with them the error bars of `fea.judge.case_error`
 # contain 95 of 100 true errors of the random rods used to choose them (tests/benchmarks/error_bars.py);
 # results/error-bars.md has the coverage on other rods.
 STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.93}, {1: 1.0, 2: 1.2}

@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.solid.assembly import SymmetricMatrix, pattern
-from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
+from fea.solid.assembly import VOLUME_DEGREE, SymmetricMatrix, gauss_blocks, pattern, tabulate, volume_points
 from fea.solid.parity import ParityPair
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, vector

@@ -14,8 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from fea.base.material import Material
-from fea.solid.boundary import BoundarySurface
-from fea.solid.element import (
+from fea.solid.assembly import (
     COMPONENTS,
     gauss_places,
     inverse_and_determinant,
@@ -24,6 +23,7 @@ from fea.solid.element import (
     shape_functions,
     stress_from_gradient,
 )
+from fea.solid.boundary import BoundarySurface
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface

@@ -23,8 +23,7 @@ from skfem.helpers import ddot, div, dot, sym_grad
 from skfem.mapping import MappingIsoparametric
 
 from fea.base.material import Material, Materials
-from fea.solid.assembly import SymmetricMatrix, element_stiffness
-from fea.solid.element import stiffness_degree
+from fea.solid.assembly import SymmetricMatrix, element_stiffness, stiffness_degree
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
 from mesh.tetmesh import TetMesh, face_keys, scikit_fem_order

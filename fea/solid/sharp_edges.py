@@ -7,11 +7,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
+from fea.solid.assembly import shape_functions
 from fea.solid.boundary import BoundarySurface
-from fea.solid.element import shape_functions
 from geometry.arrays import Floats, Ints, Mask, linked_groups
-from mesh.creases import Creases
-from mesh.surface_mesh import SurfaceMesh
+from mesh.creases import Creases, SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Nodes of a flat facet, which does not show how its face is curved.

@@ -16,8 +16,7 @@ from scipy.spatial import KDTree
 from fea.solid.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.creases import Creases, rims
-from mesh.surface_mesh import SurfaceMesh
+from mesh.creases import Creases, SurfaceMesh, rims
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Radius of the mask, over the smallest measure.

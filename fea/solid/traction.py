@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fea.base.material import Material
-from fea.solid.element import VOLUME_DEGREE, gauss_blocks, jacobians, tabulate, volume_points
+from fea.solid.assembly import VOLUME_DEGREE, gauss_blocks, jacobians, tabulate, volume_points
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh

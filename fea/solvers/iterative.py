@@ -14,8 +14,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, cg, eigsh
 
 from fea.base.material import Material, Materials
-from fea.solid.assembly import SymmetricMatrix, linear_stiffness
-from fea.solid.element import linear_interpolation
+from fea.solid.assembly import SymmetricMatrix, linear_interpolation, linear_stiffness
 from fea.solid.errors import StagnationError
 from fea.solvers.direct import LinearSolver, Operator, factorise
 from geometry.arrays import Floats

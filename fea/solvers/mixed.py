@@ -23,8 +23,8 @@ from scipy import sparse
 from fea.base.choices import MatrixAssembly, SolverName, Support
 from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
-from fea.solid.assembly import SymmetricMatrix
-from fea.solid.element import (
+from fea.solid.assembly import (
+    SymmetricMatrix,
     gauss_blocks,
     gauss_places,
     linear_interpolation,

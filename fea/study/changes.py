@@ -1,32 +1,64 @@
 """Changes to the tables of a study, as `Study.with_` takes them: read and checked as in a study file."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from fea.base import choices
 from fea.base.shipped import TomlTable
-from fea.study.all_tables import TABLES
 from fea.study.assembly_table import AssemblyTable
 from fea.study.defect_table import DefectTable
 from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
 from fea.study.film_table import FilmTable
-from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import (
     AnalysisTable,
     ContactTable,
     ForcesTable,
+    GaugeTable,
     MeshTable,
     OptimiseTable,
     OutputTable,
+    read_gauges,
 )
 from fea.study.overload_table import OverloadTable
-from fea.study.rod_table import RodTable
+from fea.study.rod_table import RodKeys, RodTable
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
-from fea.study.tables import entries_of, in_own_units, keys_of, read_table, unknown_key, with_changes
+from fea.study.tables import (
+    entries_of,
+    hints_of,
+    in_own_units,
+    keys_of,
+    options_of,
+    read_table,
+    unknown_key,
+    with_changes,
+)
+from geometry.errors import InvalidValue
+
+if TYPE_CHECKING:
+    from fea.study.study import Study
+
+
+_ENGINE: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
+_LOADED: tuple[Any, ...] = OverloadTable, ForcesTable, AssemblyTable
+# In the order of the commented study.
+_SOLVED: tuple[Any, ...] = MeshTable, AnalysisTable, ContactTable, FilmTable
+_LAST: tuple[Any, ...] = DefectTable, OptimiseTable, OutputTable
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_ENGINE, *_LOADED, *_SOLVED, *_LAST)}
+
+
+def with_own_units(raw: Mapping[str, Any]) -> TomlTable:
+    """Return the tables of a study with values that have units as `in_own_units`; errors as there."""
+    tables = {name: table for name, table in raw.items() if name in TABLES and isinstance(table, Mapping)}
+    return {**raw, **{name: in_own_units(TABLES[name], name, table) for name, table in tables.items()}}
+
 
 Keys = Mapping[str, Any]  #: of a table, with their values; None takes a key away
 
@@ -156,3 +188,63 @@ def parted(raw: Keys) -> tuple[TomlTable, dict[str, MaterialTable]]:
     tables = {key: read_table(MaterialTable, f"material.{key}", value) for key, value in parts.items()}
     left = {key: value for key, value in raw.items() if key != "material"}
     return (left | {"material": rest} if rest else left), tables
+
+
+def load_cases_alone(study: "Study", **options: Any) -> "Study":
+    """Return the study without the crank cycle and what needs it, and with other keys of [analysis]."""
+    analysis = replace(study.analysis, cycle=False, fretting=False, **options)
+    beside: dict[str, Any] = {"duty": None, "scatter": None, "overload": None, "optimise": None}
+    return replace(study, analysis=analysis, defect=DefectTable(), output=OutputTable(), **beside)
+
+
+# Commands of the shell stay as they are; a word beside a flag may be its value.
+_SHELL = r"`[^`]*`|\b(?:fea|pip) (?!is\b|has\b)[a-z]+(?: --[\w-]+| [\w.-]+\.toml)+"
+_FLAG = re.compile(rf"{_SHELL}|--(?P<no>no-)?(?P<name>[a-z][a-z-]+)(?: (?P<value>[\w.-]*\w)(?P<end>\))?)?")
+
+
+@cache
+def _values() -> dict[str, Any]:
+    """Return by each flag what words its value may be; None for a switch."""
+    flags: dict[str, Any] = {}
+    for cls in TABLES.values():
+        for key, declared in keys_of(cls).items():
+            options = options_of(declared.kind or hints_of(cls)[key])
+            words = {str(word) for option in options if hasattr(option, "__members__") for word in option}
+            flags[declared.flag] = None if options == [bool] else words
+    return flags
+
+
+def in_python(text: str) -> str:
+    """Return a message whose flags are named as arguments: ``--tolerance 0`` is ``tolerance=0``."""
+
+    def argument(found: re.Match[str]) -> str:
+        if found["name"] is None:
+            return found[0]
+        name, value = found["name"].replace("-", "_"), found["value"]
+        words = _values().get(name, set())
+        rest = found[0].partition(" ")[2]
+        if words is None or found["no"]:
+            return f"{name}={not found['no']}" + (f" {rest}" if rest else "")
+        if value and re.fullmatch(r"[\d.]+|[A-Z]+", value):
+            return f"{name}={rest}"
+        if value and (value in words or found["end"] or "." in value):
+            return f'{name}="{value}"{found["end"] or ""}'
+        return f"{name}=" + (f" {rest}" if rest else "")
+
+    return _FLAG.sub(argument, text)
+
+
+@contextmanager
+def python_words() -> Iterator[None]:
+    """Let errors that leave the block, or the function that this decorates, speak Python's words."""
+    try:
+        yield
+    except InvalidValue as error:
+        name = "study" if error.name == "STUDY" else error.name
+        name = name[2:].replace("-", "_") if name.startswith("--") else name
+        words = in_python(error.rule), in_python(error.remedy), error.example
+        InvalidValue.__init__(error, name, error.value, *words)
+        raise
+    except Exception as error:
+        error.args = tuple(in_python(arg) if isinstance(arg, str) else arg for arg in error.args)
+        raise

@@ -13,10 +13,10 @@ from enum import StrEnum
 from typing import Any
 
 from fea.base.shipped import TomlTable
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.engine_library import engine_aliases, engine_names
-from fea.study.gauge_table import GaugeTable
 from fea.study.material_table import LIBRARY
+from fea.study.option_tables import GaugeTable
 from fea.study.rod_table import sufficient
 from fea.study.tables import Key, hints_of, keys_of, options_of, own_unit, required, stem, unit_of
 from geometry.imports import UNITS

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from fea.base.shipped import TomlTable
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.material_table import MaterialTable
 from fea.study.study import Study
 from fea.study.tables import Key, checked, hints_of, keys_of, number_of, own_unit, unit_of, unknown_key

@@ -11,11 +11,13 @@ import numpy as np
 from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
+    YIELD_STRAIN,
     Basquin,
     CoffinManson,
     Marin,
     Material,
     SurfaceFinish,
+    estimated_cyclic_yield,
     estimated_endurance,
     finish_factor,
     hardness_of,
@@ -24,7 +26,6 @@ from fea.base.material import (
     size_factor,
 )
 from fea.base.shipped import TomlTable, shipped_toml
-from fea.base.uniform_law import YIELD_STRAIN, estimated_cyclic_yield
 from fea.base.units import GPA, KG_M3
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
 from fea.study.tables import Positive, StudyTable, entries_of, key, within

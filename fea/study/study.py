@@ -9,9 +9,16 @@ from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.base.shipped import TomlTable, shipped_names, shipped_toml
-from fea.study.all_tables import TABLES, with_own_units
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
-from fea.study.changes import Changes, changed_fields, parted, switched_on
+from fea.study.changes import (
+    TABLES,
+    Changes,
+    changed_fields,
+    parted,
+    python_words,
+    switched_on,
+    with_own_units,
+)
 from fea.study.defect_table import DefectTable
 from fea.study.engine_library import engine_preset
 from fea.study.engine_table import EngineTable, with_implied_gas, with_preset
@@ -26,21 +33,21 @@ from fea.study.files import (
     toml_text,
 )
 from fea.study.film_table import FilmTable
-from fea.study.gauge_table import GaugeTable, read_gauges
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
     PINS,
     AnalysisTable,
     ContactTable,
     ForcesTable,
+    GaugeTable,
     MeshTable,
     OptimiseTable,
     OutputTable,
+    read_gauges,
 )
 from fea.study.overload_table import OverloadTable
 from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
-from fea.study.python_words import python_words
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable

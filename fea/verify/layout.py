@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.base.shipped import shipped_text
-from fea.output.text import make_directory, write_text
+from fea.output.folder import make_directory, write_text
 
 
 def write_document(path: Path, title: str, command: str, parts: Iterable[str]) -> None:

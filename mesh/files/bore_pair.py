@@ -25,7 +25,7 @@ from geometry.holes import (
     place_text,
 )
 from geometry.segments import Circle, fitted_circle
-from mesh.surface_mesh import SurfaceMesh
+from mesh.creases import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 

@@ -27,11 +27,11 @@ from geometry.imports import (
     plausible_unit,
 )
 from geometry.surfaces import Surface
+from mesh.creases import SurfaceMesh
 from mesh.files.bore_pair import MeshHole, Pair, find_bore_pair, fitted_cylinders, open_wall
 from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
-from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 
 # Angle, rad, by which triangles of a joint face turn at most; lengths over the radius of the bore: how far a

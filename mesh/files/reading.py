@@ -17,8 +17,8 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import place_text
 from geometry.session import session
+from mesh.creases import SurfaceMesh, apart
 from mesh.files.tets import FORMATS, OF_ABAQUS, OF_GMSH, TetFile, tet_file
-from mesh.surface_mesh import SurfaceMesh, apart
 from mesh.tetmesh import FROM_GMSH, TET_TURN, MeshError
 
 # Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller

@@ -17,11 +17,11 @@ from vtkmodules.vtkFiltersCore import vtkArrayCalculator
 from written_figures import buckling, result, summary
 
 from fea import prepare
-from fea.analysis.assembly_figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
 from fea.analysis.figures import LiningFigures
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.result import run_result
+from fea.analysis.summary_figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.survival import factors, factors_of_assembly, survival
 from fea.apps.export_run import prepared_again
 from fea.apps.result import analyse

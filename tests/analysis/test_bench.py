@@ -11,7 +11,7 @@ from fea.analysis.pipeline import prepare, refined_rod, solve_speed
 from fea.analysis.result import run_result
 from fea.base.choices import Finish
 from fea.machine.clock import Clock
-from fea.output.bench_statements import fatigue_test
+from fea.output.life_statements import fatigue_test
 from fea.output.statements import full_statements
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ForcesTable, MeshTable

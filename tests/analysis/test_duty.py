@@ -13,7 +13,7 @@ from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
 from fea.judge.fatigue import LifeLine, reversed_amplitude
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.machine.clock import Clock
 from fea.rod.loading import DutyLoads
 from fea.study.duty_log import parse_log

@@ -22,7 +22,7 @@ from fea.base.checks import LIMITS
 from fea.base.note import NoteKind
 from fea.film.grid import FilmGrid
 from fea.machine.system import CAN_FORK
-from fea.output.text import read_columns
+from fea.output.folder import read_columns
 from fea.pins import lubrication
 from fea.pins.yielding import End, YieldingBore
 from fea.rod.loading import EngineLoading

@@ -11,7 +11,7 @@ from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed, with_cycle
 from fea.analysis.result import run_result
 from fea.base.choices import Element, Finish, Symmetry
-from fea.base.uniform_law import estimated_cyclic_yield
+from fea.base.material import estimated_cyclic_yield
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import Clock
 from fea.output.flow_statements import flow, flow_in_full

@@ -7,8 +7,7 @@ import pytest
 
 from fea.analysis.gauges import Gauge
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
-from fea.study.gauge_table import GaugeTable, read_gauges
-from fea.study.option_tables import ForcesTable, MeshTable
+from fea.study.option_tables import ForcesTable, GaugeTable, MeshTable, read_gauges
 from fea.study.study import load_study, parse_study
 from fea.verify.body import STEEL, rectangle
 from geometry.bodies import Prism

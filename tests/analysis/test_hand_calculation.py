@@ -9,7 +9,7 @@ from reports import reported_rod
 from fea.analysis.hand_calculation import bolt_force, gas_force, inertia_force, johnson_load
 from fea.base.units import KG, RPM
 from fea.judge.column import Plane
-from fea.output.hand_table import hand_tables
+from fea.output.tables import hand_tables
 from geometry.section import CrossSection
 
 SQUARE = CrossSection(0.0, 100.0, 1e4 / 12, 1e4 / 12)  # 10 mm × 10 mm

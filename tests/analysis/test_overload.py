@@ -16,9 +16,9 @@ from fea.analysis.result import run_result
 from fea.analysis.survival import factors, survival
 from fea.judge.column import Plane
 from fea.machine.clock import Clock
-from fea.output.overload_statements import overload_in_full
-from fea.output.overload_statements import permanent_set as set_in_words
-from fea.solid.element import mean_at_nodes, stiffness_degree, tabulate
+from fea.output.flow_statements import overload_in_full
+from fea.output.flow_statements import permanent_set as set_in_words
+from fea.solid.assembly import mean_at_nodes, stiffness_degree, tabulate
 from fea.solid.supports import rigid_motions
 from fea.study.overload_table import OverloadTable
 from mesh.tetmesh import EDGES

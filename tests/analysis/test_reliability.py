@@ -25,7 +25,7 @@ from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.judge.cycle_life import cycle_life, life_line
 from fea.judge.fatigue import reversed_amplitude
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.judge.reliability import AWAY, STATIC, FirstFailure, Scatter, deviation, responded
 from fea.output.life_statements import b_lives, lasts
 from fea.output.life_tables import reliability_tables

@@ -10,9 +10,8 @@ import pytest
 from program import fea
 from scipy.interpolate import PchipInterpolator
 
-from fea.apps.bolts.fitting import OWN_GRADE, bolt_options
 from fea.apps.bolts.preloads import PreloadedJoint
-from fea.apps.bolts.run_bolts import bolts
+from fea.apps.bolts.run_bolts import OWN_GRADE, bolt_options, bolts
 from fea.apps.result import analyse
 from fea.judge.bolt_choice import choose_bolt, seats_of
 from fea.study.assembly_table import threads_for_hole

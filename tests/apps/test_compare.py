@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from program import fea
 
-from fea.apps.compare.differences import ComparedStudy, differences, judged_alike
-from fea.apps.compare.run_compare import compare, named_designs
+from fea.apps.compare.run_compare import ComparedStudy, compare, differences, judged_alike, named_designs
 from fea.apps.compare.tables import _change
 from fea.apps.result import analyse
 from fea.judge.safety_factor import SafetyFactor

@@ -21,7 +21,7 @@ from fea.apps.export_run import export_run, write_mesh
 from fea.apps.result import analyse
 from fea.output.inp import read_frd
 from fea.output.stored_run import read_run
-from fea.solid.element import volume_points
+from fea.solid.assembly import volume_points
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 from geometry.session import session

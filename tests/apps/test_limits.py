@@ -34,8 +34,7 @@ from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.judge.cycle_life import cycle_life, varied_pressure
 from fea.judge.fatigue import reversed_amplitude
-from fea.judge.history import deviatoric
-from fea.judge.rainflow import rainflow
+from fea.judge.history import deviatoric, rainflow
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
 from fea.study.option_tables import ForcesTable

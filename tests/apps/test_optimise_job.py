@@ -12,9 +12,8 @@ from studies import OPTIMISE
 
 from fea.apps.optimise.run_optimise import optimise, progress
 from fea.machine.system import AtInterrupt
-from fea.output.folder import require_replaceable
+from fea.output.folder import read_columns, require_replaceable
 from fea.output.pictures.picture import is_complete_png
-from fea.output.text import read_columns
 from fea.study.flags import Flags
 from fea.study.study import load_study
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fea.apps.sweep.journal import Journal, RodResult
 from fea.apps.sweep.sweep_file import RowState, SweepRow
-from fea.output.target import StorageError
+from fea.output.folder import StorageError
 from geometry.errors import InvalidValue
 
 META = {"schema": "fea/sweep/1", "version": "1", "sweep": "abc"}

@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from fea.apps.sweep.report import (
+from fea.apps.sweep.run_sweep import (
     SweepPage,
     label,
     main_effects,

@@ -11,15 +11,22 @@ from studies import plain_study
 from fea.analysis.pipeline import RefinedRod, prepare
 from fea.analysis.result import WhatIf, run_result
 from fea.apps.run_study import run_study
-from fea.apps.what_if.draft import VARIED, Draft, assumed_changes, least_factors
-from fea.apps.what_if.remedies import DimensionEffect, dimension_remedy, exponents
+from fea.apps.what_if.remedies import (
+    VARIED,
+    DimensionEffect,
+    Draft,
+    assumed_changes,
+    dimension_remedy,
+    exponents,
+    least_factors,
+)
 from fea.apps.what_if.solve import what_if
 from fea.base.note import assumption
 from fea.judge.safety_factor import SafetyFactor
 from fea.machine.clock import Clock
 from fea.output.report.advice import Advice
 from fea.output.report.sheet import sheet_rows
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.tables import keys_of
 
 SHANK = "shank_width"

@@ -27,7 +27,7 @@ from fea.analysis.pipeline import prepare
 from fea.base.material import Material
 from fea.contact.assembly_state import BoltBeam
 from fea.pins.assembly import AssemblyPins
-from fea.solid.element import gauss_places, shape_functions
+from fea.solid.assembly import gauss_places, shape_functions
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress
 from fea.solid.traction import traction_forces
@@ -37,8 +37,7 @@ from fea.verify.body import held
 from geometry.bodies import Revolution, polygon
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, reflect, unmirrored
 
 SHANK, HEAD = 8.0, 6.0
 STEEL = Material(206e3, 0.3, 7.85e-9, 900.0)

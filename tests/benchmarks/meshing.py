@@ -14,8 +14,8 @@ from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise
-from mesh.mirror import reflect, unmirrored
 from mesh.sizing import Sizing, default_size, refinements
+from mesh.tetmesh import reflect, unmirrored
 
 LEON_2001 = PRESETS["leon-2001"]
 SIZES = (16.0, 12.0, 8.0, 6.0, default_size(LEON_2001.length), 4.0, 3.0)

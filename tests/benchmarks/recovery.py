@@ -29,8 +29,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, Problem, solve, tetrahedralise
 
-from fea.solid.boundary import facet_normals
-from fea.solid.element import (
+from fea.solid.assembly import (
     gauss_block,
     gauss_places,
     reference_nodes,
@@ -38,9 +37,9 @@ from fea.solid.element import (
     stress_from_gradient,
     tabulate,
 )
+from fea.solid.boundary import facet_normals
 from fea.solid.recovery import ElementStress, Recovery, extrapolation
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, TetMesh, reflect, unmirrored
 
 SIZES = {
     "lame": (0.5, 0.33, 0.22, 0.15, 0.11),

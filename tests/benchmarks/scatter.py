@@ -25,7 +25,7 @@ from fea.analysis.reliability import _bolts, _places
 from fea.analysis.responses import _demand, causes, responses
 from fea.analysis.scatter import scatter_of
 from fea.judge.fatigue import reversed_amplitude
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.judge.reliability import responded
 from fea.study.scatter_table import ScatterTable
 

@@ -35,8 +35,7 @@ import psutil
 from sweep_kills import CHEAP, kill
 
 from fea.apps.sweep.journal import RodResult, write_tables
-from fea.apps.sweep.report import report_sweep
-from fea.apps.sweep.run_sweep import journal_of
+from fea.apps.sweep.run_sweep import journal_of, report_sweep
 from fea.apps.sweep.sweep_file import load_sweep
 from fea.apps.sweep.workers import Task, Workers, compute_pending
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fea.apps.sweep.journal import RodResult, write_tables
-from fea.apps.sweep.report import report_sweep
-from fea.apps.sweep.run_sweep import journal_of
+from fea.apps.sweep.run_sweep import journal_of, report_sweep
 from fea.apps.sweep.sweep_file import load_sweep
 
 SWEEP = """study = "leon-2001"

@@ -5,8 +5,8 @@ import json
 import pytest
 from program import PLAIN, fea
 
+from fea.output.json_file import governing_file
 from fea.output.pictures.picture import is_complete_png
-from fea.output.run_summary import governing_file
 from geometry.errors import InvalidValue
 
 QUICK = (PLAIN[0], "--size", 20, "--pressure", "cosine-180")

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from fea.base.material import Basquin, CoffinManson, Marin, Material
-from fea.judge.cycle_life import LOW_CYCLE, cycle_life
-from fea.judge.low_cycle import StrainLine
+from fea.judge.cycle_life import LOW_CYCLE, StrainLine, cycle_life
 
 LINE, PLASTIC, E = Basquin(1500.0, -0.09), CoffinManson(0.8, -0.6), 207e3
 STEEL = Material(E, 0.3, 7.85e-9, 800.0, 1000.0, 430.0, basquin=LINE, coffin_manson=PLASTIC)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.judge.rainflow import cycle_ends, rainflow
+from fea.judge.history import cycle_ends, rainflow
 
 
 def closed_in_the_second_period(history):

@@ -13,10 +13,10 @@ from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
+from mesh.creases import SurfaceMesh
 from mesh.files import bore_pair, reading
 from mesh.files.given import given_mesh, shells, with_assumed_cap, with_cap
 from mesh.files.reading import crossings, require_closed, stl_surface
-from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 LEON_2001 = PRESETS["leon-2001"]

@@ -15,10 +15,10 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.imports import RodFile
 from geometry.surfaces import Surface
+from mesh.creases import SurfaceMesh
 from mesh.files.bore_pair import find_bore_pair
 from mesh.files.given import given_mesh
 from mesh.files.tets import TetFile
-from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError, TetMesh, boundary_facets
 
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)

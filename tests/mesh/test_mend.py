@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tet_blocks import block
 
+from mesh.creases import SurfaceMesh
 from mesh.files.tets import mended
 from mesh.quality import scaled_jacobian
-from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError, boundary_facets
 
 # Vertices and mid-side nodes of an element whose second and third vertex have changed places.

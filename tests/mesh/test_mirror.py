@@ -3,9 +3,8 @@ import pytest
 from strap import strap
 
 from geometry.surfaces import Surface
-from mesh.mirror import reflect, unmirrored
 from mesh.quality import scaled_jacobian
-from mesh.tetmesh import EDGES
+from mesh.tetmesh import EDGES, reflect, unmirrored
 
 
 @pytest.fixture(scope="module")

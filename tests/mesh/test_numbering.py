@@ -8,8 +8,7 @@ from skfem import MeshTet
 from strap import strap
 
 from geometry.surfaces import Surface
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import numbered, refined
+from mesh.tetmesh import numbered, refined, reflect, unmirrored
 
 CELL = strap()
 WHOLE = reflect(reflect(unmirrored(CELL), Surface.SYMMETRY_Y), Surface.SYMMETRY_Z)

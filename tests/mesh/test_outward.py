@@ -7,8 +7,7 @@ from strap import strap
 from fea.analysis.meshing import mesh_study
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import MeshError, outward
+from mesh.tetmesh import MeshError, outward, reflect, unmirrored
 
 
 def enclosed(mesh):

@@ -31,7 +31,7 @@ def test_the_jacobian_bound_holds_inside_and_is_reached_by_bending_an_edge():
     bound = scaled_jacobian(TetMesh(bent, mesh.tets))[0]
     assert bound < 0.7
     # sampled: never below the bound
-    from fea.solid.element import jacobians, shape_functions
+    from fea.solid.assembly import jacobians, shape_functions
 
     places = np.random.default_rng(1).dirichlet(np.ones(4), 500)[:, 1:].T
     _, gradients = shape_functions(10, places)

@@ -18,10 +18,10 @@ from fea.base.choices import Symmetry
 from fea.base.units import DEG
 from fea.machine.remedies import system_remedy
 from fea.machine.system import CAN_FORK
+from fea.output.folder import PictureError, StorageError
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
 from fea.output.pictures.surface import CycleAnimation, DrawnSurface
-from fea.output.target import PictureError, StorageError
 from geometry.errors import InvalidValue
 
 RADIUS, LENGTH = 40.0, 100.0

@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from fea.output import folder
-from fea.output.folder import require_replaceable, run_folder
-from fea.output.target import OccupiedError, StorageError, reported
+from fea.output.folder import OccupiedError, StorageError, reported, require_replaceable, run_folder
 
 WRITER = """
 import json, sys, time

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PIL import Image, ImageColor
 
+from fea.output.folder import PictureError
 from fea.output.plots import chart as charts
 from fea.output.plots.chart import chart, save_picture
-from fea.output.target import PictureError
 
 DEGREES = np.arange(721.0)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fea.base.material import Material
+from fea.output.folder import StorageError
 from fea.output.inp import write_inp
-from fea.output.target import StorageError
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES, TetMesh
 

@@ -13,6 +13,7 @@ from written_figures import result as case_result
 
 from fea.analysis.summary_figures import BucklingModeFigures
 from fea.machine import isolated
+from fea.output.folder import PictureError
 from fea.output.json_file import json_text
 from fea.output.pictures import picture
 from fea.output.pictures.drawing import ResultScene
@@ -30,7 +31,6 @@ from fea.output.pictures.picture import (
 )
 from fea.output.pictures.shown import Picture, available, described, described_by
 from fea.output.pictures.strokes import require_rod
-from fea.output.target import PictureError
 from fea.output.vtu import write_vtu
 from geometry.errors import InvalidValue
 from mesh.tetmesh import TetMesh

@@ -13,7 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
-from fea.analysis.assembly_figures import (
+from fea.analysis.motion import SolvedInstant, agreeing
+from fea.analysis.result import WhatIf
+from fea.analysis.summary_figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -22,18 +24,15 @@ from fea.analysis.assembly_figures import (
     JointCaseFigures,
     JointFigures,
 )
-from fea.analysis.motion import SolvedInstant, agreeing
-from fea.analysis.result import WhatIf
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
-from fea.output.folder import SUMMARY, is_earlier_run
+from fea.output.folder import SUMMARY, PictureError, is_earlier_run
 from fea.output.plots.chart import chart, log_chart
 from fea.output.report.assumptions import limits
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
 from fea.output.report.surface import HOLE, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import read_run
-from fea.output.target import PictureError
 from fea.output.units import figure, named
 from fea.solid.stress import von_mises
 from fea.study.study import load_study

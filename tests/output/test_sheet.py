@@ -12,19 +12,16 @@ from reports import reported_rod
 
 from fea.base.choices import Fatigue, Finish
 from fea.base.note import assumption, doubt, warning
-from fea.judge.fatigue import goodman
-from fea.judge.other_strengths import FatigueField
-from fea.output.folder import SUMMARY, is_earlier_run
+from fea.judge.fatigue import FatigueField, goodman
+from fea.output.folder import SUMMARY, PictureError, is_earlier_run
 from fea.output.report.advice import Advice
+from fea.output.report.assumptions import in_words, note_groups
 from fea.output.report.found_limits import found_limits
-from fea.output.report.notes import in_words, note_groups
-from fea.output.report.page import sheet_page
-from fea.output.report.pdf import write_pdf
+from fea.output.report.page import sheet_page, write_pdf
 from fea.output.report.sheet import by_proportions, sheet_rows
 from fea.output.stored_run import read_run
-from fea.output.target import PictureError
 from fea.study.flags import Flags
-from fea.study.proportions import assumed_dimensions
+from fea.study.plausibility import assumed_dimensions
 from fea.study.study import load_study
 from geometry.presets import PRESETS
 from geometry.rod import proportioned

@@ -7,8 +7,8 @@ import pytest
 from engines import LEON, LEON_ROD
 
 from fea.analysis.forces import force_columns
+from fea.output.folder import write_columns
 from fea.output.json_file import json_text
-from fea.output.text import write_columns
 from geometry.surfaces import Surface
 from loads.gas import NoGas
 

@@ -6,10 +6,10 @@ import pytest
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkQuadraticTetra
 
+from fea.output.folder import StorageError
 from fea.output.pictures.drawing import read_result
 from fea.output.pictures.shown import chosen_field, point_arrays
 from fea.output.stored_run import read_vtu
-from fea.output.target import StorageError
 from fea.output.vtu import write_result, write_vtu
 from mesh.tetmesh import EDGES, TetMesh
 

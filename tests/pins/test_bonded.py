@@ -23,7 +23,7 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from loads.instants import in_motion
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 BORES = Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH)
 

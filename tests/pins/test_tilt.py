@@ -12,7 +12,7 @@ from fea.solvers.static import Model
 from fea.verify.body import STEEL
 from geometry.surfaces import Surface
 from loads.instants import given
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 RHO = 7.7e-9
 AXIAL = 3000.0  # N

@@ -9,8 +9,7 @@ from fea.plastic import cycling
 from fea.plastic.cycling import YIELD_TOLERANCE, PlasticAnswer, cycled
 from fea.plastic.increment import BALANCED, ElasticBody, NoEquilibriumError, at_rest, increment, nodal_force
 from fea.plastic.zone import Zone, equivalent_strain
-from fea.solid.assembly import pattern, stiffness
-from fea.solid.element import gauss_places, shape_functions
+from fea.solid.assembly import gauss_places, pattern, shape_functions, stiffness
 from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions
 from fea.solid.traction import traction_forces
@@ -20,7 +19,7 @@ from fea.verify.cases.plasticity import BALL, CAVITY, SPHERE_LIMIT, YIELD, Flowi
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 #: Twice the pressure at first yield: b/a = 2 (Hill 1950, chapter V; Melan 1938).
 SHAKEDOWN = 4 / 3 * YIELD * (1 - (CAVITY / BALL) ** 3)

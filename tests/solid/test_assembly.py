@@ -10,7 +10,7 @@ from fea.base.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
 

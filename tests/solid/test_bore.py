@@ -7,7 +7,7 @@ from strap import LENGTH, SMALL_BORE, WIDTH, strap
 from fea.solid.bore import bore_facets, bore_load, parts_within
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 CELLS = {
     "quarter": unmirrored(strap()).mesh,

@@ -10,7 +10,7 @@ from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Symmetry
 from fea.judge.verdict import peak
-from fea.solid.element import gauss_block, tabulate
+from fea.solid.assembly import gauss_block, tabulate
 from fea.solid.error_estimate import ErrorEstimator, sagitta
 from fea.solid.recovery import Recovery
 from fea.solid.stress import von_mises

@@ -7,7 +7,7 @@ from strap import strap
 from fea.solid.inertia import imbalance, inertia
 from geometry.surfaces import Surface
 from loads.instants import in_motion
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 RHO = 7.7e-9
 rates = st.floats(-1e4, 1e4)

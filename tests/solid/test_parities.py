@@ -12,7 +12,7 @@ from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions, require_restrained
 from fea.solvers.static import Model
 from geometry.surfaces import Surface
-from mesh.mirror import reflect, unmirrored
+from mesh.tetmesh import reflect, unmirrored
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from fea.base.material import Material
-from fea.solid.element import stress_from_gradient
+from fea.solid.assembly import stress_from_gradient
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress, Recovery, SurfaceStress
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, TetMesh, reflect, unmirrored
 
 STEEL = Material(youngs_modulus=2.1e5, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
 # The faces x = 0, x = 1, y = 0, z = 0 and y = 1 of a box, with their outward normals;

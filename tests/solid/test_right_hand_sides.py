@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fea.base.material import Material
-from fea.solid.element import stress_from_gradient
+from fea.solid.assembly import stress_from_gradient
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.recovery import Recovery
 from fea.solid.traction import body_forces, nodal_traction, thermal_forces, thermal_modulus, traction_forces

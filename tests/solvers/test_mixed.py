@@ -13,8 +13,7 @@ from fea import run
 from fea.__main__ import call
 from fea.base.choices import SolverName, Support
 from fea.base.material import Material, Materials
-from fea.solid.assembly import pattern, stiffness
-from fea.solid.element import stress_from_gradient
+from fea.solid.assembly import pattern, stiffness, stress_from_gradient
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
 from fea.solid.recovery import Recovery
@@ -29,8 +28,7 @@ from fea.verify.stability.outcome import solved_by
 from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.mirror import reflect, unmirrored
-from mesh.tetmesh import refined
+from mesh.tetmesh import refined, reflect, unmirrored
 
 RUBBER = Material(6.0, 0.4999, 1.1e-9, 10.0)
 RELIEF = Support.INERTIA_RELIEF

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fea.study.load_cases import load_cases_alone
+from fea.study.changes import load_cases_alone
 from fea.study.study import load_study
 
 

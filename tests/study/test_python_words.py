@@ -2,7 +2,7 @@
 
 import pytest
 
-from fea.study.python_words import in_python, python_words
+from fea.study.changes import in_python, python_words
 from geometry.errors import InvalidValue
 from mesh.tetmesh import MeshError
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.material import Material
-from fea.solid.element import gauss_block, reference_nodes, shape_functions, tabulate
+from fea.solid.assembly import gauss_block, reference_nodes, shape_functions, tabulate
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import ElementStress, Recovery
 from fea.study.flags import Flags

@@ -11,8 +11,7 @@ from functools import cache
 import gmsh
 import numpy as np
 
-from fea.solid.assembly import pattern, stiffness
-from fea.solid.element import jacobians, stress_from_gradient, tabulate
+from fea.solid.assembly import jacobians, pattern, stiffness, stress_from_gradient, tabulate
 from fea.solid.recovery import Recovery
 from fea.solvers.direct import factorise
 from fea.verify.body import STEEL

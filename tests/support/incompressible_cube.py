@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
-from fea.solid.element import gauss_blocks, shape_functions, tabulate
+from fea.solid.assembly import gauss_blocks, shape_functions, tabulate
 from fea.solid.traction import body_forces
 from fea.verify.body import LoadedBody
 from fea.verify.stability.outcome import solved_by

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fea.base.choices import Fatigue, Finish, Loading
 from fea.base.material import Basquin, Material
 from fea.judge.fatigue import SHORT, LifeLine, fatigue_factor, reversed_amplitude
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow
 from fea.study.material_table import MaterialTable, fitted
 from geometry.errors import InvalidValue
 

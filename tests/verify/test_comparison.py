@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from fea.verify.comparison import (
+from fea.verify.computations import Computation, ConvergenceRow
+from fea.verify.converge import (
     advice,
     equal_error,
     fastest_within,
@@ -12,7 +13,6 @@ from fea.verify.comparison import (
     seconds_to,
     settled,
 )
-from fea.verify.computations import Computation, ConvergenceRow
 
 
 def row(seconds, error, tool="fea", element="p2", size=1.0):

@@ -20,7 +20,7 @@ from fea.judge.fatigue import crossland_bound, enclosing_balls
 from fea.judge.history import NO_SIGN, deviator_norm
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints, Mask
-from mesh.mirror import MirroredMesh
+from mesh.tetmesh import MirroredMesh
 
 # How exactly the smallest factors are found, relative.
 WITHIN = 1e-4

@@ -20,7 +20,7 @@ from fea.judge.verdict import safety_factor
 from fea.pins.model import Weights
 from fea.rod.places import SurfaceRegions
 from geometry.arrays import Floats, Ints, Mask
-from mesh.mirror import MirroredMesh
+from mesh.tetmesh import MirroredMesh
 
 # Written instead of a fatigue factor if the strengths of a part are not known: NaN would break the ranges and
 # filters of viewers.
@@ -43,7 +43,7 @@ class Envelope:
     mean: Floats
     amplitude: Floats
     ratio: Floats
-    safety_factor: Floats  #: against yielding, at most `fea.judge.verdict.CAP`
+    safety_factor: Floats  #: against yielding, at most `fea.judge.case_error.CAP`
     #: usage, usage_angle: largest von Mises stress over yield strength, 0 in linings; its crank angle, rad
     usage: Floats
     usage_angle: Floats

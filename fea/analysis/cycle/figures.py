@@ -20,10 +20,10 @@ from fea.analysis.reliability import reliability_figures, speed_operation
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
-from fea.judge.cycle_life import CycleLife, cycle_life
+from fea.judge.cycle_life import cycle_life
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric, extremes
-from fea.judge.safety_factor import SafetyFactor, without_bar
+from fea.judge.safety_factor import CycleLife, SafetyFactor, without_bar
 from fea.judge.verdict import CAP, peak, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.places import place_name

@@ -18,8 +18,7 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import PlaceHistory, spots
 from fea.contact.assembly_state import AssemblyState
 from fea.judge.cycle_life import varied_pressure
-from fea.judge.history import deviatoric, signed_equivalent
-from fea.judge.rainflow import cycle_ends, rainflow
+from fea.judge.history import cycle_ends, deviatoric, rainflow, signed_equivalent
 from fea.pins.model import Weights
 from fea.rod.places import SurfaceRegions
 from fea.study.duty_log import DutyLog

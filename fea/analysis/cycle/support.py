@@ -13,10 +13,34 @@ from fea.base.choices import Region
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
-from fea.solid.surface_gradient import inward_derivative
-from geometry.arrays import Floats
+from fea.solid.assembly import blocks, reference_nodes
+from fea.solid.recovery import ElementStress
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
+from mesh.creases import SurfaceMesh
 from mesh.tetmesh import TetMesh
+
+
+def inward_derivative(mesh: TetMesh, facets: Ints, values: Floats) -> Floats:
+    """Derivative (n_nodes, k), per mm, of nodal values (n_nodes, k) along the inward normal of `facets`.
+
+    At a node it is the mean of those in the elements there, whose interpolation is differentiated; 0 at nodes
+    that are not on the facets.
+    """
+    flat, normal = SurfaceMesh(mesh.points, facets[:, :3]), np.zeros_like(mesh.points)
+    for corner in facets.T:
+        np.add.at(normal, corner, flat.vectors)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    near = mesh.tets[(normal != 0).any(axis=1)[mesh.tets].any(axis=1)]
+    places, total = reference_nodes(mesh.tets.shape[1]), np.zeros((len(mesh.points), values.shape[1]))
+    for some in blocks(len(near)):
+        tets = near[some]
+        slopes = ElementStress(TetMesh(mesh.points, tets), places).slopes()  # (e, place, 3, node)
+        gradient = slopes @ values[tets][:, None]
+        np.add.at(total, tets, -np.einsum("epik,epi->epk", gradient, normal[tets]))
+    count = np.bincount(near.ravel(), minlength=len(total))
+    return np.asarray(total / np.maximum(count, 1)[:, None])
+
 
 # Of the degrees of a cycle, one in so many suffices for the ratio of amplitudes.
 EVERY = 10

@@ -15,7 +15,7 @@ from fea.solid.parity import Parity, ParityPair
 from fea.solid.recovery import PartRecovery
 from fea.solvers.static import Model, StaticSolution
 from geometry.arrays import Floats, Ints
-from mesh.mirror import MirroredMesh
+from mesh.tetmesh import MirroredMesh
 
 # Bytes of the displacements that are solved for at once (starting a solver costs as much as ten columns),
 # and the smallest number of columns of a block, for large meshes.

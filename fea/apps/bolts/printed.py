@@ -4,10 +4,10 @@ from pathlib import Path
 
 from fea.apps.bolts.run_bolts import BoltRow, BoltTableFigures
 from fea.base.units import INCH
+from fea.output.folder import csv_text, write_text
 from fea.output.json_file import as_dict, json_text
 from fea.output.tables import TableColumn
 from fea.output.terminal.prose import plain_table, print_lines, terminal, unusual
-from fea.output.text import csv_text, write_text
 from fea.output.units import UNKNOWN, factor, number
 
 SUFFIXES = (".csv", ".json")

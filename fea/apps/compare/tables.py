@@ -5,16 +5,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fea.analysis.assembly_figures import OnsetFigures
+from fea.analysis.summary_figures import OnsetFigures
 from fea.apps.compare.run_compare import ComparedDesign, ComparisonFigures
 from fea.apps.limits.figures import LargestValue
 from fea.base.units import KN
 from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.folder import make_directory, write_text
 from fea.output.html import html_page, page_file
 from fea.output.life_statements import lasting
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.terminal.prose import print_lines, terminal
-from fea.output.text import make_directory, write_text
 from fea.output.units import UNKNOWN, bar, factor, heading, named, study_value
 
 Quantities = Sequence[TableColumn]

@@ -14,13 +14,13 @@ from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
 from fea.judge.cycle_life import LONGEST
+from fea.output.folder import write_text
 from fea.output.html import embedded_json, html_page, page_file
 from fea.output.json_file import JsonObject
 from fea.output.plots.figure import label_axes, new_figure, save
 from fea.output.report.page import viewer
 from fea.output.report.scene import scene
 from fea.output.stored_run import Run
-from fea.output.text import write_text
 from fea.output.units import in_heading, in_rows, scale, unit
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK

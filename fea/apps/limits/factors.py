@@ -22,10 +22,9 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.scatter import scatter_of
 from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.judge.cycle_life import CycleLife, cycle_life, life_line, varied_pressure
+from fea.judge.cycle_life import cycle_life, life_line, varied_pressure
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
-from fea.judge.history import signed_equivalent
-from fea.judge.rainflow import rainflow
+from fea.judge.history import rainflow, signed_equivalent
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants

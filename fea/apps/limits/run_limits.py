@@ -10,10 +10,9 @@ from fea.apps.limits.drawn_map import DrawnMap
 from fea.apps.limits.explore import RodLimits, explore, limited_speeds
 from fea.apps.limits.figures import LimitPointFigures, LimitsFigures, figures_of, words
 from fea.machine.clock import Clock
-from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder
+from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder, write_text
 from fea.output.json_file import json_text
 from fea.output.stored_run import Run
-from fea.output.text import write_text
 from fea.study.study import Study, load_study
 from geometry.errors import require_positive
 

@@ -21,9 +21,8 @@ from fea.base.units import KG
 from fea.base.version import __version__
 from fea.machine.clock import Clock
 from fea.machine.system import saying
-from fea.output.folder import ANOTHER_OUT, owned
+from fea.output.folder import ANOTHER_OUT, near, owned, reported
 from fea.output.json_file import JsonObject, json_lines
-from fea.output.target import near, reported
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import GeometryError, require

@@ -10,7 +10,7 @@ from fea.apps.optimise.designs import Design
 from fea.apps.optimise.problem import DesignConstraint, Variables
 from fea.apps.optimise.search import SearchResult
 from fea.base.note import Note, by_consequence
-from fea.output.target import near
+from fea.output.folder import near
 from fea.output.terminal.prose import plain_table, print_lines, terminal, unusual
 from fea.output.units import in_unit
 from fea.study.study import Study

@@ -18,13 +18,18 @@ from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
 from fea.judge.cycle_life import life_line
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock, duration
-from fea.output.folder import OPTIMISED, require_replaceable, run_folder
+from fea.output.folder import (
+    OPTIMISED,
+    PictureError,
+    require_replaceable,
+    run_folder,
+    write_columns,
+    write_text,
+)
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import Picture
 from fea.output.plots.figure import new_figure, save
-from fea.output.target import PictureError
-from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_vtu
 from fea.study.option_tables import OptimiseTable
 from fea.study.study import Study

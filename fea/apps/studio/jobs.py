@@ -24,10 +24,10 @@ from fea.apps.studio.operating_point import OperatingPoint, applied, controls
 from fea.apps.studio.session import State
 from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
 from fea.machine.system import replaced
+from fea.output.folder import csv_text, write_text
 from fea.output.json_file import JsonObject
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.scene import case_fields
-from fea.output.text import csv_text, write_text
 from fea.study.study import Study
 from geometry.cad.formats import step_file
 from geometry.session import session

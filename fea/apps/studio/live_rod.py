@@ -33,7 +33,7 @@ from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
-from fea.study.load_cases import load_cases_alone
+from fea.study.changes import load_cases_alone
 from fea.study.pin_models import FILM, PRESCRIBED
 from fea.study.rod_table import RodTable
 from fea.study.study import Study

@@ -18,8 +18,8 @@ from fea.apps.studio.jobs import MODEL, Worker, open_live, open_worker
 from fea.apps.studio.session import State, session
 from fea.apps.studio.studio import Studio
 from fea.machine.system import saying
+from fea.output.folder import near
 from fea.output.html import html_page, joined_script, page_file, policy
-from fea.output.target import near
 from fea.study.study import Study
 
 SOCKET = "/socket"

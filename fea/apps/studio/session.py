@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from fea.base.version import __version__
-from fea.output.folder import owned
+from fea.output.folder import owned, reported
 from fea.output.json_file import JsonObject, json_lines
-from fea.output.target import reported
 from fea.study.study import Study
 
 # Designs that can be undone.

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from fea.apps.sweep.sweep_file import RowState, SweepRow
+from fea.output.folder import StorageError, csv_text, stored, write_text
 from fea.output.json_file import JsonObject
-from fea.output.target import StorageError
-from fea.output.text import csv_text, stored, write_text
 from geometry.errors import InvalidValue
 
 SCHEMA = "fea/sweep/1"

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.files import require_size
 from fea.study.tables import Written, checked, full_key, hints_of, keys_of, number_of, unknown_key
 from geometry.arrays import Floats

@@ -24,7 +24,7 @@ from fea.apps.sweep.sampling import (
 )
 from fea.base.shipped import TomlTable, shipped_toml
 from fea.output.json_file import JsonObject
-from fea.study.all_tables import with_own_units
+from fea.study.changes import with_own_units
 from fea.study.files import is_file, located, read_toml
 from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study, load_study, shipped_studies, study_of_tables

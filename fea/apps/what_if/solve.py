@@ -1,8 +1,7 @@
 """What is solved beside a run for its report, at about the cost of the run."""
 
 from fea.analysis.result import Change, WhatIf
-from fea.apps.what_if.draft import Draft, assumed_changes
-from fea.apps.what_if.remedies import bolt_remedy, dimension_remedy, steel_remedy
+from fea.apps.what_if.remedies import Draft, assumed_changes, bolt_remedy, dimension_remedy, steel_remedy
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import Clock
 from fea.output.report.advice import Advice

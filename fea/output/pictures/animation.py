@@ -11,10 +11,9 @@ from fea.analysis.result import InstantFields
 from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.machine.remedies import system_remedy
+from fea.output.folder import PictureError, require_target, stored
 from fea.output.pictures.picture import environments, run_drawing
 from fea.output.pictures.surface import CycleAnimation, DrawnSurface
-from fea.output.target import PictureError, require_target
-from fea.output.text import stored
 from fea.output.units import scale, unit
 
 SUFFIXES = (".gif", ".mp4")

@@ -15,10 +15,9 @@ import numpy as np
 from fea.analysis.summary_figures import Summary
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 from fea.machine.remedies import system_remedy
+from fea.output.folder import PictureError, make_directory
+from fea.output.json_file import governing_file
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
-from fea.output.run_summary import governing_file
-from fea.output.target import PictureError
-from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
 from geometry.errors import require
 from mesh.tetmesh import TetMesh

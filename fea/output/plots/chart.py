@@ -13,11 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fea.analysis.result import RunResult
 from fea.base.units import DEG
+from fea.output.folder import PictureError, reported
 from fea.output.json_file import JsonObject
 from fea.output.life_tables import lettered
 from fea.output.pictures.scale import round_up
 from fea.output.plots.figure import crank_angle
-from fea.output.target import PictureError, reported
 from fea.output.units import place, scale, unit
 from geometry.arrays import Floats
 

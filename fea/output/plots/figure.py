@@ -4,8 +4,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fea.output.folder import PictureError
 from fea.output.pictures.scale import round_up
-from fea.output.target import PictureError
 from fea.output.units import in_heading, scale_of
 
 if TYPE_CHECKING:

@@ -18,10 +18,9 @@ from fea.analysis.summary_figures import Summary
 from fea.base.choices import Fatigue, Finish, Region
 from fea.base.material import Material, finish_factor, is_steel, reliability_factor
 from fea.base.note import NoteKind
-from fea.judge.fatigue import criterion_strength
-from fea.judge.other_strengths import FatigueField
+from fea.judge.fatigue import FatigueField, criterion_strength
 from fea.judge.safety_factor import SurvivalAnswer
-from fea.output.report.notes import bearing, in_words
+from fea.output.report.assumptions import bearing, in_words
 from fea.output.stored_run import Run
 from fea.output.units import factor, quantity
 from fea.study.material_table import LIBRARY, MaterialTable

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from fea.base.shipped import shipped_toml
 from fea.output.folder import SUMMARY
-from fea.output.json_file import JsonObject
-from fea.output.run_summary import STUDY
+from fea.output.json_file import STUDY, JsonObject
 from fea.output.units import quantity
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue

@@ -1,6 +1,9 @@
 """The page: one HTML file that runs what it holds and fetches nothing."""
 
 import base64
+import os
+import shutil
+import subprocess
 import webbrowser
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +18,7 @@ from markupsafe import Markup
 from fea.analysis.summary_figures import Summary
 from fea.base.choices import UnitSystem
 from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.folder import PictureError, picture_name, write_text
 from fea.output.fretting import FRETTING
 from fea.output.html import environment, html_page, joined_script, packed_json, page_file
 from fea.output.json_file import JsonObject
@@ -25,8 +29,6 @@ from fea.output.report.sections import ReportSection, sections
 from fea.output.report.sheet import by_proportions, sheet_rows
 from fea.output.stored_run import Run
 from fea.output.tables import head_table
-from fea.output.target import PictureError, picture_name
-from fea.output.text import write_text
 from fea.output.units import bar, coordinates, factor, quantity, system, unit
 from geometry.arrays import Vector
 from geometry.errors import require
@@ -242,3 +244,37 @@ def still(folder: Path, summary: Summary, drawn_in: UnitSystem = UnitSystem.SI) 
         except PictureError:
             return None
         return png.read_bytes()
+
+
+# Programs of the Chromium family, by the names that systems give them; macOS keeps them out of the path.
+_PROGRAMS = (
+    "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge",
+    "microsoft-edge", "brave-browser",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "C:/Program Files/Google/Chrome/Application/chrome.exe",
+    "C:/Program Files (x86)/Microsoft/Edge/Application/msedge.exe",
+)  # fmt: skip
+_PATIENCE = 120.0  # seconds
+
+
+def write_pdf(page: Path, pdf: Path) -> None:
+    """Print a page. Raises `PictureError`: there is no Chromium, or it wrote nothing; says what to do."""
+    program = next((found for name in _PROGRAMS if (found := shutil.which(name))), None)
+    by_hand = f"Open {page} in any browser and print it into a file."
+    if program is None:
+        raise PictureError(f"No Chromium, Chrome or Edge was found to print {page}. {by_hand}")
+    with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        made = Path(profile, pdf.name)
+        options = ["--headless", "--disable-gpu", "--no-pdf-header-footer", f"--user-data-dir={profile}"]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:  # its sandbox refuses the superuser
+            options.append("--no-sandbox")
+        command = [program, *options, f"--print-to-pdf={made}", page.absolute().as_uri()]
+        try:
+            subprocess.run(command, capture_output=True, check=True, timeout=_PATIENCE)  # noqa: S603 - a browser
+            written = made.read_bytes()
+        except (OSError, subprocess.SubprocessError) as error:
+            raise PictureError(
+                f"{program} could not print {page} ({type(error).__name__}). {by_hand}"
+            ) from error
+    pdf.write_bytes(written)

@@ -12,17 +12,14 @@ from fea.analysis.summary_figures import Summary
 from fea.output import life_tables, tables
 from fea.output.defect_answer import defect_tables
 from fea.output.fretting import FRETTING, RANKED, fretting_tables
-from fea.output.hand_table import hand_tables
-from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
 from fea.output.plots.chart import Chart, chart, log_chart
-from fea.output.report.assumptions import assumptions, limits
-from fea.output.report.notes import note_groups
+from fea.output.report.assumptions import assumptions, limits, note_groups
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
-from fea.output.tables import AnswerTable
+from fea.output.tables import AnswerTable, hand_tables, head_clearance_tables
 from fea.output.units import factor, figure, named, study_value, unit
-from fea.study.all_tables import TABLES
+from fea.study.changes import TABLES
 from fea.study.material_table import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, Study
 from geometry.arrays import Floats

@@ -9,16 +9,15 @@ from fea.analysis.summary_figures import Summary
 from fea.base.note import NoteKind
 from fea.base.units import KN
 from fea.output.assembly_statements import linings, opening_text
-from fea.output.folder import final
+from fea.output.folder import final, near
+from fea.output.json_file import STUDY
 from fea.output.life_statements import life
 from fea.output.report.advice import Advice
 from fea.output.report.found_limits import answers_for, found_limits
-from fea.output.run_summary import STUDY
 from fea.output.statements import basis, governs, head_gap
 from fea.output.stored_run import Run
-from fea.output.target import near
 from fea.output.units import bar, factor, quantity
-from fea.study.proportions import assumed_at
+from fea.study.plausibility import assumed_at
 from fea.study.study import shipped_studies
 
 _UNFILLED = "not computed"

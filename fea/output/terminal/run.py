@@ -15,11 +15,9 @@ from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
 from fea.output import life_statements, life_tables, statements, tables
 from fea.output.defect_answer import defect_tables
+from fea.output.folder import near, picture_name
 from fea.output.fretting import fretting_tables
-from fea.output.hand_table import hand_tables
-from fea.output.head_clearance import head_clearance_tables
-from fea.output.tables import AnswerTable, TableColumn
-from fea.output.target import near, picture_name
+from fea.output.tables import AnswerTable, TableColumn, hand_tables, head_clearance_tables
 from fea.output.terminal import prose
 from fea.output.terminal.prose import plain_table, print_lines, some_speeds
 from fea.output.units import bar, factor, in_text, number, quantity, unit

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
+from fea.solid.assembly import gauss_blocks, stress_from_gradient, tabulate
 from fea.solid.parity import Parity
 from fea.solid.stress import matrices
 from fea.solid.traction import body_forces, nodal_traction, traction_forces

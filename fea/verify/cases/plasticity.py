@@ -18,8 +18,7 @@ from fea.plastic.increment import (
     projected,
 )
 from fea.plastic.zone import Zone, equivalent_strain
-from fea.solid.assembly import pattern, stiffness
-from fea.solid.element import gauss_places, shape_functions
+from fea.solid.assembly import gauss_places, pattern, shape_functions, stiffness
 from fea.solid.parity import Parity
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces

@@ -11,7 +11,7 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.base.units import BAR, KG, KG_M2, RPM
 from fea.judge.case_result import CaseResult
 from fea.rod.loading import EngineLoading
-from fea.solid.element import gauss_blocks, tabulate
+from fea.solid.assembly import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study

@@ -24,8 +24,7 @@ from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
-from mesh.mirror import MirroredMesh, reflect, unmirrored
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, MirroredMesh, TetMesh, reflect, unmirrored
 
 STUDY, LOAD, SPEED = "leon-2001", "side", 6000.0
 PLANES = (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)

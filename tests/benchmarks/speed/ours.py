@@ -12,15 +12,14 @@ from worker import Run
 
 from fea.base.choices import SolverName, Support
 from fea.machine.clock import Clock
-from fea.solid.element import stiffness_degree, tabulate
+from fea.solid.assembly import stiffness_degree, tabulate
 from fea.solid.parity import Parity, ParityPair
 from fea.solid.recovery import ElementStress, Recovery
 from fea.solid.stress import von_mises
 from fea.solvers.static import Model
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from mesh.mirror import unmirrored
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, unmirrored
 
 SURFACES = (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 
