@@ -141,8 +141,8 @@ def cycled(
     """Repeat load cases until what happens is known, or until that takes too long.
 
     `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, of projected
-    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act. An `endless` flow is
-    known not to fade (Melan 1938), so that fewer turns say what it leads to.
+    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act. An `endless` flow
+    is known not to fade (Melan 1938), so that fewer turns say what it leads to.
     """
     nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
