@@ -75,9 +75,9 @@ class FlowingRod:
         Of the elements with half the largest stress: no range elsewhere exceeds it.
         """
         zone = self._zone(self.nodal >= self.nodal.max() / 2)
-        at_each = [u[:, zone.nodes] for u in self.displacements]
-        largest = max(zone.usage(u, zone.virgin).max() for u in at_each)
-        ranges = [zone.usage(one - other, zone.virgin).max() for one, other in combinations(at_each, 2)]
+        deviators = [zone.trial(u[:, zone.nodes], zone.virgin) for u in self.displacements]
+        largest = max(von_mises(stress).max() for stress in deviators)
+        ranges = [von_mises(one - other).max() for one, other in combinations(deviators, 2)]
         return float(largest), float(max(ranges, default=0.0))
 
     @property
@@ -114,7 +114,7 @@ class FlowingRod:
             zone = self._zone(may_flow, strength)
             body = ElasticBody(zone, solvers)
             acting = [projected(zone, body, u[:, zone.nodes]) for u in loads]
-            flow = cycled(zone, body, acting, most_turns)
+            flow = cycled(zone, body, acting, most_turns, endless=scale * self._elastic[1] > 2 * strength)
             state = flow.state
             # Of what has flowed, and not of the forces that balance it within a tolerance: small sets count.
             forces = zone.initial_forces(zone.strain(state.moved)[1], state.plastic, body.halves)

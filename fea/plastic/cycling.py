@@ -15,6 +15,7 @@ import numpy as np
 
 from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment
 from fea.plastic.zone import Zone, equivalent_strain
+from fea.solid.stress import von_mises
 from geometry.arrays import Floats
 
 MOST_TURNS = 60
@@ -98,34 +99,50 @@ class _Walk:
         steps = max(1, ceil(excess / _OVERSHOOT))
         for step in range(1, steps + 1):
             self.elastic = start + (target - start) * (step / steps)
-            if self._excess(self.elastic) > YIELD_TOLERANCE:
-                self._flow(case, step)
-            self.beyond_yield = max(self.beyond_yield, self._excess(self.elastic))
+            if steps > 1:
+                excess = self._excess(self.elastic)
+            if excess > YIELD_TOLERANCE:
+                excess = self._flow(case, step)
+            self.beyond_yield = max(self.beyond_yield, excess)
         self.ends.append((self.elastic, self.state))
 
-    def _flow(self, case: int, step: int) -> None:
+    def _flow(self, case: int, step: int) -> float:
+        """Flow, and return the excess that is left."""
         zone, before, last = self.zone, self.state, self.last.get((case, step))
-        guess = None if last is None else before.repeated(*last)
-        after = increment(zone, self.body, self.elastic, before, guess)
+        # As a turn before: by as much, or, where places flow to and fro, to the same end.
+        guesses = () if last is None else (before.repeated(*last), last[1])
+        after = increment(zone, self.body, self.elastic, before, guesses)
         self.last[case, step] = before, after
-        flow = after.plastic - before.plastic
-        work = zone.dissipation(zone.stress(self.elastic, after.moved, after.plastic), flow)
-        self.least_dissipation = min(self.least_dissipation, work)
+        flow, stress = after.plastic - before.plastic, zone.trial(self.elastic + after.moved, after.plastic)
+        self.least_dissipation = min(self.least_dissipation, zone.dissipation(stress, flow))
         self.unbalanced = max(self.unbalanced, after.unbalanced)
         self.path = self.path + equivalent_strain(flow)
         self.flowed.add(case)
         self.state = after
+        return _beyond(zone, stress)
 
     def _excess(self, elastic: Floats) -> float:
-        usage = self.zone.usage(elastic + self.state.moved, self.state.plastic)
-        return float(usage.max(initial=0.0)) - 1
+        return _beyond(self.zone, self.zone.trial(elastic + self.state.moved, self.state.plastic))
 
 
-def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: int = MOST_TURNS) -> Flow:
+def _beyond(zone: Zone, deviatoric: Floats) -> float:
+    """Return by how much stress exceeds the yield strength, relative to it."""
+    return float((von_mises(deviatoric) / zone.strength).max(initial=0.0)) - 1
+
+
+def cycled(
+    zone: Zone,
+    body: ElasticBody,
+    cases: Sequence[Floats],
+    most_turns: int = MOST_TURNS,
+    *,
+    endless: bool = False,
+) -> Flow:
     """Repeat load cases until what happens is known, or until that takes too long.
 
     `cases`: displacements (n_halves, n_nodes, 3), mm, of the elastic body under each of them, of projected
-    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act.
+    volumetric strain (`fea.plastic.increment.projected`), in the order in which they act. An `endless` flow
+    is known not to fade (Melan 1938), so that fewer turns say what it leads to.
     """
     nothing = np.zeros(zone.volumes.shape)
     rest = at_rest(zone, body.halves)
@@ -143,7 +160,8 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
         else:
             net = equivalent_strain(walk.state.plastic - before)
             history.append((float(walk.path.max()), float(net.max())))
-            answer = _settled(history, len(history) if body.steps > last_step else most_turns)
+            most = len(history) if body.steps > last_step else most_turns
+            answer = _settled(history, most, endless=endless)
     return Flow(
         answer,
         walk.state,
@@ -161,11 +179,15 @@ def cycled(zone: Zone, body: ElasticBody, cases: Sequence[Floats], most_turns: i
 _AGREE = 4
 
 
-def _settled(history: Sequence[tuple[float, float]], most_turns: int) -> PlasticAnswer | None:
+def _settled(
+    history: Sequence[tuple[float, float]], most_turns: int, *, endless: bool
+) -> PlasticAnswer | None:
     """Name what happens from what flowed in each turn and what of it remained; None while it fades."""
     if history[-1][0] == 0:
         return PlasticAnswer.SHAKES_DOWN if len(history) > 1 else PlasticAnswer.ELASTIC
     (path, net), (old_path, old_net) = history[-1], history[-_AGREE:][0]
+    if endless and len(history) > 1 and all(left < _REVERSED * flow for flow, left in history[-2:]):
+        return PlasticAnswer.CYCLIC
     if len(history) >= _AGREE:
         steady = _FADING ** (_AGREE - 1)
         if net < _REVERSED * path and path > steady * old_path:

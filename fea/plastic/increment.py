@@ -5,9 +5,10 @@ act on it, and the displacement that they cause changes the plastic strain (init
 Zienkiewicz, Valliappan & King 1969). Anderson's acceleration (1965) makes that converge in few steps.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,13 @@ from geometry.arrays import Floats, Ints, Mask
 
 # Steps that Anderson's acceleration remembers, and the most steps of an increment.
 _MEMORY, _MOST_STEPS = 12, 400
-# Of the force out of balance, the share that may be left to the next step if that saves a solution.
-_LEFT = 0.05
+# Of the force out of balance, the share that may be left to the next step if that saves a solution, as long
+# as the force halves within so many steps.
+_LEFT, _QUICK = 0.5, 2
 # Where the force out of balance has not halved in so many steps, there is no equilibrium.
 _STALLED = 60
 # Largest force out of balance, relative to what an element at yield exerts on the same node.
-BALANCED = 5e-4
+BALANCED = 1e-3
 # A larger plastic strain is not small, so that nothing that follows from it holds.
 _LARGEST_STRAIN = 0.1
 # Solves for forces (n, k) of one parity, which must vanish where the mask (n,) is True.
@@ -136,16 +138,16 @@ def at_rest(zone: Zone, halves: int) -> FlowState:
 
 
 def increment(
-    zone: Zone, body: ElasticBody, elastic: Floats, before: FlowState, guess: FlowState | None = None
+    zone: Zone, body: ElasticBody, elastic: Floats, before: FlowState, guesses: Sequence[FlowState] = ()
 ) -> FlowState:
     """Let a zone flow until it is in equilibrium with what acts.
 
     `elastic` (n_halves, n_nodes, 3) is the `projected` displacement, mm, of the elastic body under what acts;
-    `before` is the state before. The iteration begins with its forces, or those of a `guess`. Raises
-    `NoEquilibriumError`: none is found.
+    `before` is the state before. The iteration begins with its forces or those of one of the `guesses`, where
+    least is out of balance. Raises `NoEquilibriumError`: none is found.
     """
-    own = zone.strain(elastic)[0]
-    return _balanced(zone, body, guess or before, lambda added: zone.returned(own + added, before.plastic))
+    own, starts = zone.strain(elastic)[0], [before, *guesses]
+    return _balanced(zone, body, starts, lambda added: zone.returned(own + added, before.plastic))
 
 
 def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
@@ -157,9 +159,9 @@ def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
     beyond = 1 - 1 / max(1.0, float(zone.usage(elastic, zone.virgin).max(initial=0.0)))
     if beyond == 0:
         return elastic
+    own, rest = zone.strain(elastic)[1], at_rest(zone, body.halves)
     try:
-        own = zone.strain(elastic)[1]
-        found = _balanced(zone, body, at_rest(zone, body.halves), lambda _: zone.virgin, own)
+        found = _balanced(zone, body, [rest], lambda _: zone.virgin, own, tolerance=BALANCED / beyond)
     except NoEquilibriumError:
         return elastic
     return elastic + beyond * found.moved
@@ -168,44 +170,57 @@ def projected(zone: Zone, body: ElasticBody, elastic: Floats) -> Floats:
 def _balanced(
     zone: Zone,
     body: ElasticBody,
-    start: FlowState,
+    starts: Sequence[FlowState],
     flow: Callable[[Floats], Floats],
     projected: Floats | float = 0.0,
+    *,
+    tolerance: float = BALANCED,
 ) -> FlowState:
     """Find the state in which forces balance plastic strain and projection.
 
     `flow` gives plastic strain by the deviatoric strain added; what is projected beside the volumetric strain
-    added.
+    added. The iteration begins at that of the `starts` where least is out of balance.
     """
-    forces, moved = start.forces, start.moved
-    tried, missed = list[Floats](), list[Floats]()
-    least, reached = np.inf, 0
-    for step in range(_MOST_STEPS):
+
+    def tried(forces: Floats, moved: Floats) -> _Trial:
         deviatoric, volumetric = zone.strain(moved)
         plastic = flow(deviatoric)
-        error = zone.initial_forces(projected + volumetric, plastic, body.halves) - forces
-        unbalanced = float((np.abs(error) / body.scale).max(initial=0.0))
-        if unbalanced <= BALANCED:
-            return FlowState(plastic, forces, moved, unbalanced)
-        if unbalanced < least / 2:
-            least, reached = unbalanced, step
-        if step - reached > _STALLED or not np.abs(plastic - start.plastic).max() < _LARGEST_STRAIN:
+        missed = zone.initial_forces(projected + volumetric, plastic, body.halves) - forces
+        unbalanced = float((np.abs(missed) / body.scale).max(initial=0.0))
+        return _Trial(FlowState(plastic, forces, moved, unbalanced), missed)
+
+    trials = [min((tried(each.forces, each.moved) for each in starts), key=lambda one: one.state.unbalanced)]
+    least, reached = np.inf, 0
+    for step in range(_MOST_STEPS):
+        state = trials[-1].state
+        if state.unbalanced <= tolerance:
+            return state
+        if state.unbalanced < least / 2:
+            least, reached = state.unbalanced, step
+        if step - reached > _STALLED or not np.abs(state.plastic - starts[0].plastic).max() < _LARGEST_STRAIN:
             break
-        tried, missed = [*tried, forces][-_MEMORY:], [*missed, error][-_MEMORY:]
-        forces, moved = body.near(_accelerated(tried, missed), _LEFT * unbalanced)
+        share = _LEFT if step - reached < _QUICK else 0.0
+        trials = [*trials[1 - _MEMORY :], tried(*body.near(_accelerated(trials), share * state.unbalanced))]
     raise NoEquilibriumError
 
 
-def _accelerated(tried: list[Floats], missed: list[Floats]) -> Floats:
-    """Return the next forces: of those tried, the combination whose error is least, and that error."""
-    if len(tried) == 1:
-        return tried[-1] + missed[-1]
-    steps, errors = (
-        np.stack([(new - old).ravel() for old, new in pairwise(kept)], axis=1) for kept in (tried, missed)
-    )
-    weights = np.linalg.lstsq(errors, missed[-1].ravel(), rcond=1e-10)[0]
-    step = missed[-1].ravel() - (steps + errors) @ weights
-    return np.asarray(tried[-1] + step.reshape(tried[-1].shape))
+class _Trial(NamedTuple):
+    """A state that was tried, and the forces (n_halves, n_nodes, 3), N, that it misses."""
+
+    state: FlowState
+    missed: Floats
+
+
+def _accelerated(trials: Sequence[_Trial]) -> Floats:
+    """Return the next forces: of those tried, the combination that misses least, and what it misses."""
+    forces, missed = trials[-1].state.forces, trials[-1].missed
+    if len(trials) == 1:
+        return forces + missed
+    steps = np.stack([(b.state.forces - a.state.forces).ravel() for a, b in pairwise(trials)], axis=1)
+    changes = np.stack([(b.missed - a.missed).ravel() for a, b in pairwise(trials)], axis=1)
+    weights = np.linalg.lstsq(changes, missed.ravel(), rcond=1e-10)[0]
+    step = missed.ravel() - (steps + changes) @ weights
+    return np.asarray(forces + step.reshape(forces.shape))
 
 
 def nodal_force(zone: Zone) -> Floats:

@@ -204,10 +204,11 @@ def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
     body only the rows with the parity of the field are meaningful.
     """
     about = np.array([center, 0.0, 0.0])
+    everywhere = rigid_motions(mesh.points, about)
 
     def row(motion: int) -> Floats:
         weights = traction_forces(mesh, surface, lambda places, _: rigid_motions(places, about)[motion])
-        return np.asarray(weights / (weights * rigid_motions(mesh.points, about)[motion]).sum())
+        return np.asarray(weights / (weights * everywhere[motion]).sum())
 
     return np.stack([row(motion) for motion in range(6)])
 

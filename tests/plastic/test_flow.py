@@ -114,7 +114,7 @@ def test_both_halves_of_a_cell_flow_as_in_the_whole_body():
     in_whole = strain(whole.mesh, 1, {Parity.SYMMETRIC: solver(whole.mesh)}, (pull + bend)[None])
     assert by_halves.max() > 1e-4
     assert np.abs(by_halves[: len(cell.tets)] - by_halves[len(cell.tets) :]).max() > 1e-4
-    assert by_halves.max(axis=1) == pytest.approx(in_whole.max(axis=1), abs=1e-3 * by_halves.max())
+    assert by_halves.max(axis=1) == pytest.approx(in_whole.max(axis=1), abs=2 * BALANCED * by_halves.max())
 
 
 def test_the_volumetric_strain_is_projected_to_continuous_linear_fields(sphere):
@@ -186,6 +186,15 @@ def test_combinations_of_known_forces_are_not_solved_for_again(sphere):
     near, moved = body.near(unknown, 1.0)
     assert len(solved) == 2
     assert moved == pytest.approx(sphere.body(near), rel=1e-6, abs=1e-12)
+
+
+def test_flow_that_never_fades_is_named_after_fewer_turns(sphere):
+    loads = [1.12 * SHAKEDOWN * sphere.unit, 0 * sphere.unit]
+    long, short = (cycled(sphere.zone, sphere.body, loads, endless=endless) for endless in (False, True))
+    assert (long.answer, short.answer) == (PlasticAnswer.CYCLIC, PlasticAnswer.CYCLIC)
+    assert short.turns < 4 <= long.turns
+    # What flows in a turn still changes by less than the share that counts as reversed.
+    assert short.per_turn == pytest.approx(long.per_turn, rel=0.05)
 
 
 def test_what_takes_too_many_steps_is_undecided(sphere, monkeypatch):
