@@ -115,7 +115,7 @@ def bolt_seats(
         tension, head = _tension(rod, found, degrees, seat), (float(reserve[number]), float(slides[number]))
         own = _figures(seat, rubbing, tension, head, found.angles[degrees])
         before = worst.setdefault(name, own)
-        worst[name] = max(before, own, key=lambda each: (each.ruiz_2, each.ruiz_1))
+        worst[name] = max(before, own, key=lambda each: (each.ruiz_2 or 0.0, each.ruiz_1))
     return worst
 
 
@@ -157,5 +157,5 @@ def _figures(
         pressure_MPa=float(rubbing.pressure[place, instant]),
         tension_MPa=None if np.isnan(along) else along,
         ruiz_1=float(work.max()),
-        ruiz_2=float(ruiz_2.max()),
+        ruiz_2=None if np.isnan(tension).all() else float(ruiz_2.max()),
     )

@@ -65,7 +65,7 @@ class BoltSeatFigures(Figures):
     pressure_MPa: float  #: even over the seat
     tension_MPa: float | None  #: largest normal stress along the surface; None near a stress singularity
     ruiz_1: float  #: μ p δ, MPa·mm, the largest of the cycle
-    ruiz_2: float  #: σ_T μ p δ, MPa²·mm
+    ruiz_2: float | None  #: σ_T μ p δ, MPa²·mm; None where every place is near a stress singularity
 
 
 class FrettingFigures(Figures):

@@ -21,7 +21,7 @@ from scipy.linalg import cho_factor, cho_solve
 from fea.contact.assembly_state import BoltBeam
 from fea.contact.interfaces import ContactInterface, Direction, MatingFaces, Multipliers, uniform
 from fea.solid.parity import MirrorUnfolding, Parity
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, Reals
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -156,11 +156,12 @@ def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Dir
     return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
 
 
-def _relief(stiffness: Floats, turns: Floats) -> tuple[Floats, Floats]:
+def _relief(stiffness: Reals, turns: Floats) -> tuple[Floats, Floats]:
     """Sums (m,) of the moments on both ends of beams that turn (2 m,), and turns (m,) that undo them."""
     both = np.repeat(np.eye(len(turns) // 2), 2, axis=0)
     sheared = both.T @ stiffness
-    return sheared @ turns, np.linalg.solve(sheared @ both, sheared @ turns)
+    moments = sheared @ turns
+    return moments, np.asarray(np.linalg.solve(sheared @ both, moments), np.float64)
 
 
 class _RestrainedBody(Protocol):

@@ -28,7 +28,7 @@ def fretting(summary: Summary) -> Iterator[str]:
 
     largest = found.places[0].ruiz_2 if found.places else 0.0
     for name, seat in (found.bolt_seats or {}).items():
-        if seat.reserve < 1 or seat.ruiz_2 > largest:
+        if seat.reserve < 1 or (seat.ruiz_2 or 0.0) > largest:
             yield _under(name, seat)
 
 
@@ -51,11 +51,14 @@ def _against(found: FrettingFigures) -> str:
 def _under(name: str, seat: BoltSeatFigures) -> str:
     """Say what rubs under heads or nuts."""
     slip, slides = (quantity(value, ".1f", "µm") for value in (seat.slip_um, seat.slides_um))
-    bears = f"friction {seat.friction:g} bears {number(seat.reserve, '.2g')} times the shear that moves them"
-    moved = f"they slide by up to {slides}, as {bears}" if seat.reserve < 1 else f"{bears}, so that they hold"
-    tension = "no tension along it" if seat.ruiz_2 <= 0 else f"σ τδ {number(seat.ruiz_2, '.3g')} MPa²·mm"
+    bears = f"friction {seat.friction:g} bears {number(seat.reserve, '.3g')} times the shear on them"
+    moved = f"they slide by up to {slides}, as {bears}" if seat.reserve < 1 else f"{bears}: they do not slide"
+    tension = "stress singular on this mesh"
+    if seat.ruiz_2 is not None:
+        tension = f"σ τδ {number(seat.ruiz_2, '.3g')} MPa²·mm" if seat.ruiz_2 else "no tension along it"
     under = f"{quantity(seat.pressure_MPa, '.0f', 'MPa')} at {place(seat.at_mm)}"
-    return f"Under bolt {name}, estimated: slip {slip} under {under}, {tension}; {moved}."
+    work = quantity(seat.ruiz_1, ".2g", "N/mm")
+    return f"Under bolt {name}, estimated: slip {slip} under {under}, τδ {work}, {tension}; {moved}."
 
 
 def _worst(worst: FrettingPlaceFigures) -> str:

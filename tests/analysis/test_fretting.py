@@ -136,7 +136,7 @@ def test_bolt_heads_hold_and_their_seats_stretch_by_micrometres(rod, speed, figu
         assert seat.slides_um == 0
         assert 0.1 < seat.slip_um < 20
         assert seat.ruiz_1 == pytest.approx(seat.friction * seat.pressure_MPa * seat.slip_um * 1e-3, rel=0.05)
-        assert seat.ruiz_2 < figures.places[0].ruiz_2
+        assert seat.ruiz_2 is None or seat.ruiz_2 < figures.places[0].ruiz_2
     assert heads.at_mm[0] < 0 < nuts.at_mm[0]  # cap and rod
 
 
@@ -162,7 +162,7 @@ def test_heads_that_slide_are_said_below_the_table(run):
     slide = replace(run.summary.fretting.bolt_seats["heads"], reserve=0.5, slides_um=12.0)
     found = replace(run.summary.fretting, bolt_seats={"heads": slide})
     _, line = fretting_lines(replace(run.summary, fretting=found))
-    assert "they slide by up to 12.0 µm, as friction 0.12 bears 0.5 times the shear" in line
+    assert "they slide by up to 12.0 µm, as friction 0.12 bears 0.5 times the shear on them" in line
 
 
 def test_the_written_surfaces_have_the_energy_of_the_answer(run, figures, tmp_path):
