@@ -11,10 +11,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from fea.analysis.bolt_seats import bolt_seats
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.cycle.surface_stress import TouchingPlaces, surface_stress
 from fea.analysis.cycle.unit_solutions import distinct
 from fea.analysis.fretting_figures import (
+    BoltSeatFigures,
     FrettingChangeFigures,
     FrettingFigures,
     FrettingPairFigures,
@@ -48,9 +50,9 @@ _CREEPS = 0.1
 # Friction of dry steel that has rubbed, and by how much more crush helps or not.
 _DRY, _CRUSHED = 0.7, 1.2
 AS_GIVEN = "as it is"
-NOT_RESOLVED = omission(
-    "fretting under bolt heads and nuts, in bolt holes and of pins pressed in",
-    "no friction is modelled there",
+_PRESSED_IN = omission(
+    "fretting of the pin that is pressed in",
+    "of a pin in contact only the radial displacement is solved, and its slip is that of both surfaces",
 )
 
 
@@ -70,6 +72,8 @@ class FrettingResult:
     whole: MirroredMesh  #: the whole rod
     counts: Mask  #: (k,) which are away from stress singularities
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
+    bolt_seats: Mapping[str, BoltSeatFigures] = field(default_factory=dict)  #: of heads and nuts
+    proven: float | None = None  #: σ τδ that has served, MPa²·mm
 
     @cached_property
     def across(self) -> Ints:
@@ -100,9 +104,11 @@ class FrettingResult:
         }
         return FrettingFigures(
             friction=self.rubbing.friction,
+            proven_ruiz_2=self.proven,
             pairs=pairs,
             places=tuple(sorted(every, key=lambda place: -place.ruiz_2)),
             changes=changes or None,
+            bolt_seats=self.bolt_seats or None,
         )
 
     def _pair(self, number: int) -> FrettingPairFigures:
@@ -241,8 +247,20 @@ def fretting(
         whole=rod.mesh.mirrored,
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
         changes={AS_GIVEN: rubbing} | changes,
+        bolt_seats=bolt_seats(rod, pins, cycle, found, degrees),
+        proven=rod.options.proven_ruiz_2,
     )
-    return result, (NOT_RESOLVED, *notes, *_unsettled(result))
+    return result, (*_not_resolved(pins, found), *notes, *_unsettled(result))
+
+
+def _not_resolved(pins: AssemblyPins, found: CycleResult) -> Iterator[Note]:
+    """Say where nothing is solved that could rub."""
+    cut = max((bolt.shear for state in found.states for bolt in state.bolts), default=0.0)
+    if cut > 0:
+        text = f"bolts bear on their holes by up to {cut:.2g} N, and where along the hole is not solved"
+        yield omission("fretting in bolt holes", text)
+    if pins.fits.small_clearance < 0:
+        yield _PRESSED_IN
 
 
 def _unsettled(result: FrettingResult) -> Iterator[Note]:

@@ -51,11 +51,30 @@ class FrettingChangeFigures(Figures):
     ruiz_1: float  #: the largest, MPa·mm
 
 
+class BoltSeatFigures(Figures):
+    """Under the heads or the nuts of bolts, at the worst place of all: at most, as no friction is solved."""
+
+    friction: float
+    reserve: (
+        float  #: what friction bears over the shear by which heads follow their seats; below 1 they slide
+    )
+    slides_um: float  #: range over the cycle by which a head slides as a whole
+    at_mm: Vector
+    crank_deg: float
+    slip_um: float  #: range over the cycle, of that and of the seat that stretches under a rigid head
+    pressure_MPa: float  #: even over the seat
+    tension_MPa: float | None  #: largest normal stress along the surface; None near a stress singularity
+    ruiz_1: float  #: μ p δ, MPa·mm, the largest of the cycle
+    ruiz_2: float | None  #: σ_T μ p δ, MPa²·mm; None where every place is near a stress singularity
+
+
 class FrettingFigures(Figures):
     """``fretting``: a ranking of places by `ruiz_2`, for which no limit is known."""
 
     friction: float
+    proven_ruiz_2: WhereKnown[float] = None  #: of the study: what has served, MPa²·mm
     places: tuple[FrettingPlaceFigures, ...]
     pairs: Mapping[str, FrettingPairFigures]
     #: By what was changed, in words, then by pair
     changes: WhereKnown[Mapping[str, Mapping[str, FrettingChangeFigures]]] = None
+    bolt_seats: WhereKnown[Mapping[str, BoltSeatFigures]] = None  #: of ``heads`` and ``nuts``

@@ -21,7 +21,7 @@ from scipy.linalg import cho_factor, cho_solve
 from fea.contact.assembly_state import BoltBeam
 from fea.contact.interfaces import ContactInterface, Direction, MatingFaces, Multipliers, uniform
 from fea.solid.parity import MirrorUnfolding, Parity
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, Reals
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -156,6 +156,14 @@ def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Dir
     return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
 
 
+def _relief(stiffness: Reals, turns: Floats) -> tuple[Floats, Floats]:
+    """Sums (m,) of the moments on both ends of beams that turn (2 m,), and turns (m,) that undo them."""
+    both = np.repeat(np.eye(len(turns) // 2), 2, axis=0)
+    sheared = both.T @ stiffness
+    moments = sheared @ turns
+    return moments, np.asarray(np.linalg.solve(sheared @ both, moments), np.float64)
+
+
 class _RestrainedBody(Protocol):
     """What of the parts is needed."""
 
@@ -234,6 +242,7 @@ class BoltBending:
         problem = assembled.problem
         self.beam, self._assembled = beam, assembled
         self._shares = np.diag([end.share for end in ends])
+        self._lengths = np.array([np.linalg.norm(end.head - end.thread) for end in ends])
         turning = np.hstack([end.turning(problem.mesh) for end in ends])
         both = problem.unfolding.both_sides
         self._unfolding = MirrorUnfolding(np.zeros(turning.shape[1], bool), both, problem.unfolding.images)
@@ -286,15 +295,26 @@ class BoltBending:
 
     def _shifted(self, turns: Floats) -> Floats:
         """Turns (m,) by which heads that slide on their seats relieve the bolts of shear."""
-        both = np.kron(np.eye(len(turns) // 2), np.ones((2, 1)))
-        sheared = both.T @ self._stiffness
-        return np.asarray(-both @ np.linalg.solve(sheared @ both, sheared @ turns))
+        return -np.repeat(_relief(self._stiffness, turns)[1], 2)
 
     def moments(self, state: "ContactState") -> Floats:
         """Moments (n_bolts, 2, 2), N mm, in the order of `BoltBeam.bending`; zero for bolts without force."""
         moments = (self._with_open(state) @ (self._turns(state) + self._made)).reshape(-1, 2, 2)
         moments[state.values[self._assembled.bolts] <= 0] = 0.0
         return np.asarray(moments)
+
+    def held(self, state: "ContactState") -> tuple[Floats, Floats]:
+        """Shear (n_bolts, 2) by which friction holds each head in both planes, N, and the shift without it.
+
+        The shift (n_bolts, 2), mm, is how far heads would slide on their seats if nothing held them. Both are
+        zero for bolts without force.
+        """
+        moment, turn = _relief(self._with_open(state), self._turns(state) + self._made)
+        count = len(moment) // (2 * len(self._lengths))  # sides of y = 0
+        length, share = np.tile([self._lengths, np.diag(self._shares)], count)[..., None]
+        pulls = (state.values[self._assembled.bolts] > 0)[:, None]
+        shear, shift = moment.reshape(-1, 2) / length, turn.reshape(-1, 2) * length / share
+        return np.where(pulls, shear, 0.0), np.where(pulls, shift, 0.0)
 
     def _with_open(self, state: "ContactState") -> Floats:
         """Moments (m, m) by unit turns, where the parts may move freely at places of the joint that are open.

@@ -57,12 +57,7 @@ class Rubbing:
     @cached_property
     def range(self) -> Floats:
         """Largest distance (k,) between two places of the path of slip while the parts touch, mm."""
-        angle = np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS
-        found, touches = np.zeros(len(self.shear)), self.pressure > 0
-        for direction in np.stack([np.cos(angle), np.sin(angle)], axis=1):
-            along = np.einsum("d,kdn->kn", direction, self.slip)
-            ends = np.where(touches, along, -np.inf).max(axis=1), np.where(touches, along, np.inf).min(axis=1)
-            found = np.maximum(found, ends[0] - ends[1])
+        found = extent(self.slip, self.pressure > 0)
         return np.where(found > max(_NO_SLIP, _ROUNDING * found.max(initial=0.0)), found, 0.0)
 
     @property
@@ -83,6 +78,17 @@ class Rubbing:
     def work(self) -> Floats:
         """Ruiz's first parameter τδ (k, n) at each instant, N/mm."""
         return np.asarray(self.shear * self.range[:, None])
+
+
+def extent(path: Floats, counts: Mask) -> Floats:
+    """Largest distance (k,) between two places of plane paths (k, 2, n), where they count, (k, n)."""
+    angle = np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS
+    found = np.zeros(len(path))
+    for direction in np.stack([np.cos(angle), np.sin(angle)], axis=1):
+        along = np.einsum("d,kdn->kn", direction, path)
+        ends = np.where(counts, along, -np.inf).max(axis=1), np.where(counts, along, np.inf).min(axis=1)
+        found = np.maximum(found, ends[0] - ends[1])
+    return found
 
 
 def facets_across(slips: Mask, facets: Ints) -> Ints:

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.fretting_figures import FrettingPlaceFigures
+from fea.analysis.fretting import AS_GIVEN
+from fea.analysis.fretting_figures import BoltSeatFigures, FrettingFigures, FrettingPlaceFigures
 from fea.analysis.summary_figures import Summary
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.units import coordinates, factor, number, place, quantity
@@ -20,10 +21,44 @@ def fretting(summary: Summary) -> Iterator[str]:
     if (found := summary.fretting) is None:
         return
     if found.places:
-        yield f"Fretting, most likely: {_worst(found.places[0])} (a ranking: no limit is known)."
+        yield f"Fretting, most likely: {_worst(found.places[0])} ({_against(found)})."
     else:
         pair, most = max(found.pairs.items(), key=lambda item: item[1].most_energy_mJ)
         yield f"Fretting: nothing rubs under tension; most energy at {place(most.most_energy_at_mm)}, {pair}."
+
+    largest = found.places[0].ruiz_2 if found.places else 0.0
+    for name, seat in (found.bolt_seats or {}).items():
+        if seat.reserve < 1 or (seat.ruiz_2 or 0.0) > largest:
+            yield _under(name, seat)
+
+
+def _against(found: FrettingFigures) -> str:
+    """Say what the ranking is worth, and what friction and crush do to the worst pair."""
+    severity, proven = found.places[0].ruiz_2, found.proven_ruiz_2
+    limit = "a ranking: no limit is known"
+    if proven is not None:
+        of = f"{number(severity / proven, '.2f')} times the {number(proven, '.3g')} MPa²·mm that have served"
+        limit = f"σ τδ {number(severity, '.3g')}, {of}"
+    pair, changes = found.places[0].pair, dict(found.changes or {})
+    now = changes.pop(AS_GIVEN, {}).get(pair)
+    if now is None or not now.ruiz_1 or not changes:
+        return limit
+    rises = {words: 100 * (of[pair].ruiz_1 / now.ruiz_1 - 1) for words, of in changes.items()}
+    more = ", ".join(f"{rise:+.0f} % with {words}" for words, rise in rises.items())
+    return f"{limit}; largest τδ {more.replace('-', '−')}"
+
+
+def _under(name: str, seat: BoltSeatFigures) -> str:
+    """Say what rubs under heads or nuts."""
+    slip, slides = (quantity(value, ".1f", "µm") for value in (seat.slip_um, seat.slides_um))
+    bears = f"friction {seat.friction:g} bears {number(seat.reserve, '.3g')} times the shear on them"
+    moved = f"they slide by up to {slides}, as {bears}" if seat.reserve < 1 else f"{bears}: they do not slide"
+    tension = "stress singular on this mesh"
+    if seat.ruiz_2 is not None:
+        tension = f"σ τδ {number(seat.ruiz_2, '.3g')} MPa²·mm" if seat.ruiz_2 else "no tension along it"
+    under = f"{quantity(seat.pressure_MPa, '.0f', 'MPa')} at {place(seat.at_mm)}"
+    work = quantity(seat.ruiz_1, ".2g", "N/mm")
+    return f"Under bolt {name}, estimated: slip {slip} under {under}, τδ {work}, {tension}; {moved}."
 
 
 def _worst(worst: FrettingPlaceFigures) -> str:
@@ -41,8 +76,9 @@ def _worst(worst: FrettingPlaceFigures) -> str:
 
 
 def fretting_in_full(summary: Summary) -> Iterator[str]:
-    """Yield that, and for each pair how it slips, and whether its largest tension is where it rubs."""
-    yield from fretting(summary)
+    """Yield that, for each pair how it slips and whether its largest tension is there, and bolt seats."""
+    said = list(fretting(summary))
+    yield from said
     for name, pair in {} if summary.fretting is None else summary.fretting.pairs.items():
         slip, creep = (quantity(value, ".2g", "µm") for value in (pair.slip_um, pair.creep_um))
         share = f"{number(pair.slipping_percent, '.0f')} % of it slips, by up to {slip}"
@@ -54,6 +90,8 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
             f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); "
             f"{number(pair.energy_mJ, '.3g')} mJ a cycle, most at {place(pair.most_energy_at_mm)}; {tension}."
         )
+    seats = (summary.fretting and summary.fretting.bolt_seats) or {}
+    yield from (line for name, seat in seats.items() if (line := _under(name, seat)) not in said)
 
 
 _PLACES = (
@@ -70,6 +108,17 @@ _PLACES = (
     TableColumn("Crossland", "", "factor", factor),
     TableColumn("over", "mm", "averaged_mm", ".1f"),
 )
+_BOLT_SEATS = (
+    TableColumn("at x, y, z", "mm", "at_mm", coordinates),
+    TableColumn("crank angle", "°", "crank_deg", ".0f"),
+    TableColumn("slip", "µm", "slip_um", ".3g"),
+    TableColumn("of which slides", "µm", "slides_um", ".3g"),
+    TableColumn("friction bears", "times", "reserve", ".3g"),
+    TableColumn("pressure", "MPa", "pressure_MPa", ".0f"),
+    TableColumn("tension", "MPa", "tension_MPa", ".0f"),
+    TableColumn("τδ", "N/mm", "ruiz_1", ".2g"),
+    TableColumn("σ τδ", "MPa²·mm", "ruiz_2", ".3g"),
+)
 _CHANGES = (
     TableColumn("largest slip", "µm", "slip_um", ".3g"),
     TableColumn("energy", "mJ", "energy_mJ", ".3g"),
@@ -78,7 +127,7 @@ _CHANGES = (
 
 
 def fretting_tables(summary: Summary) -> Iterator[AnswerTable]:
-    """Yield the worst places, and what friction and crush would change."""
+    """Yield the worst places, bolt seats, and what friction and crush would change."""
     if (found := summary.fretting) is None:
         return
     caption = (
@@ -87,6 +136,13 @@ def fretting_tables(summary: Summary) -> Iterator[AnswerTable]:
     )
     if found.places:
         yield AnswerTable.of(caption, "pair", _PLACES, ((each.pair, each) for each in found.places))
+    if found.bolt_seats:
+        caption = (
+            "Under bolt heads and nuts, estimated with rigid heads and an even pressure: the worst place; "
+            "friction bears so many times half the range of shear that would make heads slide"
+        )
+        under = ((f"bolt {name}", seat) for name, seat in found.bolt_seats.items())
+        yield AnswerTable.of(caption, "under", _BOLT_SEATS, under)
     rows = [
         (f"{pair}, {words}", figures)
         for words, pairs in (found.changes or {}).items()

@@ -44,6 +44,10 @@ class AssemblyStates:
         other._assembled, other._bending = assembled, self._bending.of(assembled, beam)  # noqa: SLF001
         return other
 
+    def held(self, state: ContactState) -> tuple[Floats, Floats]:
+        """Return what holds the heads of the bolts: see `BoltBending.held`."""
+        return self._bending.held(state)
+
     def open_share(self, state: ContactState) -> float:
         """Share of the joint's area that is open."""
         opened = state.guess.opened[: len(self._joint)]

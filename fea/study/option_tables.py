@@ -172,6 +172,11 @@ class AnalysisTable(StudyTable, table="analysis"):
         "find where the parts of [assembly] rub over the crank cycle (fretting); includes the cycle",
         "fretting",
     )
+    proven_ruiz_2: Positive | None = key(
+        "20.0",
+        "σ τδ in MPa²·mm that has served without a crack, as a run of that rod with such elements found it: "
+        "what fretting is compared with",
+    )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     elastic: bool = switch("leave out plastic flow: what exceeds the yield strength fails", "elastic")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")

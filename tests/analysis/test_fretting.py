@@ -15,6 +15,7 @@ from fea.analysis.pipeline import RefinedRod, prepare
 from fea.analysis.result import run_result
 from fea.base.units import DEG
 from fea.machine.clock import Clock
+from fea.output.fretting import fretting as fretting_lines
 from fea.output.fretting import fretting_in_full, fretting_tables
 from fea.output.json_file import read_summary
 from fea.output.report.page import page
@@ -22,16 +23,17 @@ from fea.output.run_files import write_run
 from fea.study.option_tables import AnalysisTable, MeshTable
 from mesh.tetmesh import TetMesh
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
-
 SPEED = 6000.0
 
 
 @pytest.fixture(scope="module")
 def rod():
+    """With 16 elements around each bore: the contact of the cycle is most of the time."""
     own = study(EVERY, rod=SIMPLE)
     analysis = replace(own.analysis, fretting=True)
-    return prepare(replace(own, mesh=MeshTable(size_mm=20.0), analysis=analysis))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", 16)
+        return prepare(replace(own, mesh=MeshTable(size_mm=20.0), analysis=analysis))
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +125,46 @@ def test_more_friction_lets_the_joint_slip_less(figures):
     assert crushed["seat of the shells"].energy_mJ > 0
 
 
+def test_bolt_heads_hold_and_their_seats_stretch_by_micrometres(rod, speed, figures):
+    """Without tension the worst instant is that of the largest force; 2 %: the seat's rim is meshed."""
+    heads, nuts = figures.bolt_seats["heads"], figures.bolt_seats["nuts"]
+    nominal = np.pi * (rod.mesh.bolts[0].head_radius ** 2 - rod.mesh.bolts[0].hole_radius ** 2)
+    largest = max(bolt.force for state in speed.cycle.states for bolt in state.bolts)
+    assert heads.pressure_MPa * nominal == pytest.approx(largest, rel=0.02)
+    for seat in (heads, nuts):
+        assert seat.reserve > 1
+        assert seat.slides_um == 0
+        assert 0.1 < seat.slip_um < 20
+        assert seat.ruiz_1 == pytest.approx(seat.friction * seat.pressure_MPa * seat.slip_um * 1e-3, rel=0.05)
+        assert seat.ruiz_2 is None or seat.ruiz_2 < figures.places[0].ruiz_2
+    assert heads.at_mm[0] < 0 < nuts.at_mm[0]  # cap and rod
+
+
+def test_the_shear_of_a_head_balances_the_moments_of_its_bolt(rod):
+    """V = (M of head + M of thread)/grip; and undoing the shift undoes the shear."""
+    sums, cycle = rod.pins.assembly.sums, rod.crank_cycle(SPEED)
+    (state,) = rod.pins.states(cycle.degrees[np.array([370])], cycle)
+    shear, shift = sums.held(state)
+    grip = rod.mesh.bolts[0].grip
+    np.testing.assert_allclose(shear, sums._bending.moments(state).sum(axis=2) / grip, rtol=1e-9)
+    assert (shear[:, 0] * shift[:, 0] > 0).all()
+
+
+def test_what_has_served_takes_the_place_of_a_limit(run):
+    proven = replace(run.summary.fretting, proven_ruiz_2=2 * run.summary.fretting.places[0].ruiz_2)
+    (line,) = fretting_lines(replace(run.summary, fretting=proven))
+    assert "0.50 times the" in line
+    assert "MPa²·mm that have served" in line
+    assert "no limit is known" not in line
+
+
+def test_heads_that_slide_are_said_below_the_table(run):
+    slide = replace(run.summary.fretting.bolt_seats["heads"], reserve=0.5, slides_um=12.0)
+    found = replace(run.summary.fretting, bolt_seats={"heads": slide})
+    _, line = fretting_lines(replace(run.summary, fretting=found))
+    assert "they slide by up to 12.0 µm, as friction 0.12 bears 0.5 times the shear on them" in line
+
+
 def test_the_written_surfaces_have_the_energy_of_the_answer(run, figures, tmp_path):
     """Of a linear field over plane triangles; 3 %: the seats are curved."""
     run = replace(run, study=replace(run.study, output=replace(run.study.output, screenshot=False)))
@@ -152,8 +194,13 @@ def test_the_answer_says_that_it_is_a_ranking(run):
     lines = list(fretting_in_full(run.summary))
     assert lines[0].startswith("Fretting, most likely: ")
     assert "a ranking: no limit is known" in lines[0]
-    assert len(lines) == 1 + len(run.summary.fretting.pairs)
-    places, changes = fretting_tables(run.summary)
+    seats = run.summary.fretting.bolt_seats
+    assert len(lines) == 1 + len(run.summary.fretting.pairs) + len(seats)
+    assert "largest τδ +" in lines[0]
+    assert "with friction 0.7 of dry steel (assumed)" in lines[0]
+    assert lines[-1].startswith("Under bolt nuts, estimated: slip ")
+    places, bolts, changes = fretting_tables(run.summary)
+    assert len(bolts.rows) == len(seats)
     assert len(places.rows) == len(run.summary.fretting.places)
     assert len(changes.rows) == 3 * len(run.summary.fretting.pairs)
     assert not list(fretting_in_full(replace(run.summary, fretting=None)))

@@ -4,6 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid, quad
+from scipy.optimize import brentq
 
 from fea.contact.block import Guess, Places
 from fea.contact.fretting import Rubbing, facets_across
@@ -130,6 +132,106 @@ def test_slip_settles_after_the_first_cycle(cylinder):
         assert drift < 1e-6 * slip.range.max()
     stuck = [cylinder.both.rubbing(turn).range == 0 for turn in cylinder.turns]
     np.testing.assert_array_equal(*stuck)
+
+
+class RoundedPunch:
+    """A flat punch, half width a, with rounded edges that touch up to b (Ciavarella, Hills & Monno 1998).
+
+    As indentation grows, contact of half width t takes up P'(t) dt as a flat, sharp punch (Jäger 1998):
+    p(x) = ∫ P'(t)/(π √(t² − x²)) dt with P(t) = E* ∫ x h'(x)/√(t² − x²) dx = E* t² (π − 2φ − sin 2φ)/(4 R),
+    sin φ = a/t, from the profile h = (|x| − a)²/(2 R) beyond a; its integral is the pressure below.
+    """
+
+    def __init__(self, flat, width, force):
+        self.flat, self.width = flat, width
+        self.radius = E_STAR * width**2 * self._shape(width) / (4 * force)
+
+    def _shape(self, width):
+        angle = np.arcsin(self.flat / width)
+        return np.pi - 2 * angle - np.sin(2 * angle)
+
+    def gap(self, x):
+        return np.maximum(np.abs(x) - self.flat, 0.0) ** 2 / (2 * self.radius)
+
+    def force(self, width):
+        return E_STAR * width**2 * self._shape(width) / (4 * self.radius)
+
+    def width_at(self, force):
+        return brentq(lambda width: self.force(width) - force, self.flat, 2 * self.width)
+
+    def pressure(self, x, width):
+        """Closed form (n,) at places (n,) of a contact of some half width; 0 outside."""
+        inside, at = np.abs(x) < width, np.arcsin(self.flat / width)
+        f = np.arcsin(np.where(inside, x, 0.0) / width)
+        apart = np.abs(np.sin(f + at) / np.sin(f - at)), np.abs(np.tan((f + at) / 2) * np.tan((f - at) / 2))
+        bracket = (np.pi - 2 * at) * np.cos(f) + np.sin(f) * np.log(apart[0]) + np.sin(at) * np.log(apart[1])
+        return np.where(inside, E_STAR * width / (2 * np.pi * self.radius) * bracket, 0.0)
+
+
+FLAT = 0.503 * HALF_WIDTH  # its edge lies between vertices, where the closed form can be evaluated
+
+
+@pytest.fixture(scope="module")
+def rounded():
+    step = HALF_WIDTH / FACETS
+    x = step * np.arange(-FACETS - 8, FACETS + 9)
+    punch = RoundedPunch(FLAT, HALF_WIDTH, PRESSED)
+    both = HalfPlanes(x, step, punch.gap(x))
+    both.go(PRESSED, [0.0])
+    first = both.go(PRESSED, Q * np.linspace(0, 1, 11)[1:])[-1]
+    both.go(PRESSED, Q * TURN)
+    return SimpleNamespace(
+        punch=punch, both=both, first=first, turn=[both.state, *both.go(PRESSED, Q * TURN)]
+    )
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, 0.6, 0.9])
+def test_the_pressure_of_the_rounded_punch_is_the_sum_of_flat_ones(x):
+    """The closed form is the integral over the growing contact, found by quadrature, to rounding."""
+    punch = RoundedPunch(FLAT, HALF_WIDTH, PRESSED)
+    x *= HALF_WIDTH
+
+    def grown(s):  # s² = t² − x²
+        return np.arccos(punch.flat / np.hypot(s, x))
+
+    start, end = np.sqrt(max(punch.flat**2 - x**2, 0.0)), np.sqrt(HALF_WIDTH**2 - x**2)
+    exact = E_STAR / (np.pi * punch.radius) * quad(grown, start, end)[0]
+    assert punch.pressure(np.array([x]), HALF_WIDTH) == pytest.approx([exact], rel=1e-9)
+
+
+def test_partial_slip_of_the_rounded_punch(rounded):
+    """Shear μ (p of b − p of c), where P(c) = P − Q/μ: Jäger 1998, Ciavarella 1998. The flat never slips."""
+    x, (pressure, shear) = rounded.both.x, rounded.both.stresses(rounded.first)
+    punch, step = rounded.punch, rounded.both.step
+    c = punch.width_at(PRESSED - Q / FRICTION)
+    assert punch.flat < c < HALF_WIDTH
+    full, stuck = punch.pressure(x, HALF_WIDTH), punch.pressure(x, c)
+    exact = FRICTION * (full - stuck)
+    inside = (np.abs(x) < HALF_WIDTH - 2 * step) & (np.abs(np.abs(x) - c) > 2 * step)
+    # 2 %, but at the edges of contact and of slip, as of the cylinder; the curvature of the profile jumps.
+    np.testing.assert_allclose(pressure[inside], full[inside], atol=0.02 * full.max())
+    np.testing.assert_allclose(np.abs(shear)[inside], exact[inside], atol=0.02 * exact.max())
+    guess = rounded.first.guess
+    sticks = ~guess.slipping & ~guess.opened
+    assert np.abs(x[sticks]).max() == pytest.approx(c, abs=step)
+
+
+def test_the_energy_of_the_rounded_punch(rounded):
+    """Masing's rule: W = 8 (Q u/2 − ∫ u dQ) with the shift u = μ ∫ C dP from P − Q/μ to P.
+
+    C = −2 ln t/(π E*) and a constant, which leaves the loop as it is, is the compliance of a flat punch of
+    the half width t at the load P; dP = E* t arccos(a/t) dt/R. 1 %, as of the cylinder.
+    """
+    punch = rounded.punch
+    t = np.linspace(HALF_WIDTH, punch.width_at(PRESSED - Q / FRICTION), 20_001)
+    pushed = FRICTION * (PRESSED - punch.force(t))
+    slope = E_STAR / punch.radius * t * np.arccos(punch.flat / t)
+    moved = FRICTION * cumulative_trapezoid(2 * np.log(t) / (np.pi * E_STAR) * slope, t, initial=0)
+    exact = 8 * (pushed[-1] * moved[-1] / 2 - np.trapezoid(moved, pushed))
+    rub = rounded.both.rubbing(rounded.turn)
+    assert rub.energy.sum() * rounded.both.step == pytest.approx(exact, rel=0.01)
+    assert np.abs(rub.slip[..., -1] - rub.slip[..., 0]).max() < 1e-6 * rub.range.max()
+    assert (rub.range[np.abs(rounded.both.x) < FLAT] == 0).all()
 
 
 def test_a_sharp_punch_sticks_until_it_slides():
