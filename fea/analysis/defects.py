@@ -14,7 +14,7 @@ from fea.analysis.cycle.screened import superposed
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.defect_figures import DefectFigures, DefectPlaceFigures, FlawFigures
 from fea.analysis.figures import plain
-from fea.analysis.flaw import Cycles, FlawJudge, FlawPlace, placed
+from fea.analysis.flaw import Cycles, FlawJudge, placed
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.base.material import CrackMetal, Material
@@ -161,8 +161,8 @@ def flaw_figures(
     at, outward, position = placed(flaw, rod.mesh.whole, np.array(flaw.at or points[nodes.node[first]]))
     near = int(np.linalg.norm(points[nodes.node] - at, axis=1).argmin())
     node, part = int(nodes.node[near]), int(nodes.part[near])
-    place = FlawPlace(at, outward, position, node, part, float(nodes.error[near]))
-    judge = FlawJudge(rod, flaw, place, *_metal(rod, part))
+    error = float(nodes.error[near])
+    judge = FlawJudge(rod, flaw, at, outward, position, node, part, error, *_metal(rod, part))
     duty = list[Cycles]()
     if rod.duty is not None and rod.life is not None and rod.life.operation is not None:
         entries = zip(rod.life.operation.entries, rod.duty.table.entries, strict=True)

@@ -1,8 +1,7 @@
 """A given flaw: whether it grows over the crank cycle of a speed, or over a duty, and how long it lasts.
 
-It counts with its projection on the plane across the largest principal stress, in which it grows straight
-into the depth. The stress along that line is that of the rod without the flaw. Over a duty the growth of
-every entry adds up in the plane across the largest principal stress of all of them.
+It counts with its projection on the plane across the largest principal stress, of a duty that of all its
+entries, and grows straight into the depth in it. The stress along that line is that of the rod without it.
 """
 
 from collections.abc import Sequence
@@ -19,7 +18,7 @@ from fea.analysis.figures import plain
 from fea.analysis.gauges import FARTHEST, foot
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import CrackMetal, Material
-from fea.judge.crack import DEEPEST, CrackLoad, grown_at_surface, grown_inside
+from fea.judge.crack import DEEPEST, CrackLoad, grown_flaw
 from fea.judge.defect import Position, StressCycle, area_root, flaw_limit
 from fea.judge.rainflow import rainflow
 from fea.judge.safety_factor import SafetyFactor
@@ -40,32 +39,12 @@ _ALONG = 16  # places along the line into the depth, closer together near the su
 _TOUCHES, _LEAST, _ALONG_SURFACE = 0.6, 1e-6, 1e-3
 
 
-class FlawPlace(NamedTuple):
-    """Where a flaw lies."""
-
-    at: Floats  #: (3,) mm, on the surface or inside
-    outward: Floats  #: (3,) normal of the surface nearest to it
-    position: Position
-    node: int  #: of the whole rod, near it
-    part: int
-    error: float  #: of the amplitude of the stress there, over it
-
-
 class Cycles(NamedTuple):
     """Crank cycles that are alike."""
 
     weights: Weights  #: of the unit solutions over one
     rate: float  #: of them, an hour
     rpm: float
-
-
-class _Line(NamedTuple):
-    """A line from the surface into the depth."""
-
-    places: Floats  #: (n, 3) mm
-    depths: Floats  #: (n,) of these, mm
-    below: float  #: depth of the flaw, mm
-    wall: float  #: whole length of the line in the rod, mm
 
 
 def placed(flaw: Flaw, mesh: TetMesh, at: Floats) -> tuple[Floats, Floats, Position]:
@@ -88,11 +67,16 @@ def placed(flaw: Flaw, mesh: TetMesh, at: Floats) -> tuple[Floats, Floats, Posit
 
 @dataclass(frozen=True)
 class FlawJudge:
-    """Judges a flaw of a rod at its place."""
+    """Judges a flaw of a rod."""
 
     rod: PreparedRod
     flaw: Flaw
-    place: FlawPlace
+    at: Floats  #: (3,) mm, on the surface or inside
+    outward: Floats  #: (3,) normal of the surface nearest to it
+    position: Position
+    node: int  #: of the whole rod, near it
+    part: int
+    error: float  #: of the amplitude of the stress there, over it
     material: Material
     metal: CrackMetal
 
@@ -102,9 +86,9 @@ class FlawJudge:
             **vars(self._over([cycles])),
             depth_mm=self.flaw.depth,
             length_mm=self.flaw.length,
-            at_mm=vector(self.place.at),
-            where=place_name(self.rod.mesh, self.place.node),
-            position=self.place.position.value,
+            at_mm=vector(self.at),
+            where=place_name(self.rod.mesh, self.node),
+            position=self.position.value,
             duty=self._over(duty) if duty else None,
         )
 
@@ -112,16 +96,16 @@ class FlawJudge:
         """Return the worst limit, and the growth, over cycles of several kinds."""
         weights = joined(*(each.weights for each in cycles))
         ends = np.cumsum([each.weights.even.shape[1] for each in cycles])
-        stress = self._histories(self.place.at[None], weights)
+        stress = self._histories(self.at[None], weights)
         (normal,), given = opened(stress), self.rod.study.defect.normal
         histories = np.split(across(stress, normal)[0], ends[:-1])
         cycle = StressCycle(*np.array([[each.max(), each.min()] for each in histories]).T)
         share = 1.0 if given is None else float(abs(np.array(given) @ normal) / np.linalg.norm(given))
         size = max(share, _LEAST) ** 0.5 * self.flaw.depth, max(share, _LEAST) ** 0.5 * self.flaw.length / 2
-        criterion, bears = flaw_limit(size, cycle, self.material, self.metal, self.place.position)
+        criterion, bears = flaw_limit(size, cycle, self.material, self.metal, self.position)
         least = np.where(cycle.highest > 0, np.minimum(bears / cycle.amplitude, CAP), CAP)
         worst = int(least.argmin())
-        factor = SafetyFactor.of_stress(float(least[worst]), 100 * self.place.error, mode="crack growth")
+        factor = SafetyFactor.of_stress(float(least[worst]), 100 * self.error, mode="crack growth")
         found = FlawLifeFigures(
             rpm=cycles[worst].rpm,
             normal=vector(normal),
@@ -135,20 +119,18 @@ class FlawJudge:
         line = None if factor.low >= 1 else self._line(normal)
         if line is None:
             return found
-        instants = [
-            end - len(each) + np.array([each.argmax(), each.argmin()])
-            for each, end in zip(histories, ends, strict=True)
-        ]
-        pairs = across(self._histories(line.places, weights.at(np.concatenate(instants))), normal)
-        highs, lows = (
-            [partial(np.interp, xp=line.depths, fp=fp) for fp in own] for own in (pairs.T[::2], pairs.T[1::2])
-        )
+        reached = [[each.argmax(), each.argmin()] for each in histories]
+        instants = np.ravel((ends - np.diff(ends, prepend=0))[:, None] + reached)
+        places, depths, below, wall = line
+        along = partial(np.interp, xp=depths)
+        pairs = across(self._histories(places, weights.at(instants)), normal).T
         rates = [each.rate * self._share(own) for each, own in zip(cycles, histories, strict=True)]
-        loads = [each for each in map(CrackLoad, highs, lows, rates) if each.rate > 0]
-        if self.place.position is Position.SURFACE:
-            growth = grown_at_surface(size, line.wall, loads, self.metal)
-        else:
-            growth = grown_inside(size, line.below, line.wall, loads, self.metal)
+        loads = [
+            CrackLoad(partial(along, fp=high), partial(along, fp=low), rate)
+            for high, low, rate in zip(pairs[::2], pairs[1::2], rates, strict=True)
+            if rate > 0
+        ]
+        growth = grown_flaw(size, below, wall, loads, self.metal)
         service, last = self.rod.study.defect.service_hours or np.inf, float(growth.hours[-1])
         by_then = float(np.interp(service, growth.hours, growth.sizes[:, 0]))
         return replace(
@@ -165,9 +147,12 @@ class FlawJudge:
         largest = ranges.max(initial=0.0)
         return float(((ranges / largest) ** self.metal.exponent).sum()) if largest > 0 else 0.0
 
-    def _line(self, normal: Floats) -> _Line | None:
-        """Return the line from the surface into the depth, in the plane of a normal; None along a surface."""
-        mesh, at, outward = self.rod.mesh.whole, self.place.at, self.place.outward
+    def _line(self, normal: Floats) -> tuple[Floats, Floats, float, float] | None:
+        """Line into the depth, in the plane of a normal; None along a surface.
+
+        Places (n, 3) and their depths (n,), the depth of the flaw and that of the wall, mm.
+        """
+        mesh, at, outward = self.rod.mesh.whole, self.at, self.outward
         ahead = (outward @ normal) * normal - outward
         if (length := np.linalg.norm(ahead)) < _ALONG_SURFACE:
             return None
@@ -175,18 +160,18 @@ class FlawJudge:
         facets = np.concatenate(list(mesh.facets.values()))
         surface = FacetSurface(mesh.points, facets, np.zeros_like(facets[:, 0]), np.zeros((0, 3, 3)))
         below, beyond = 0.0, float(surface.depth(at[None], ahead[None])[0])
-        if self.place.position is not Position.SURFACE:
+        if self.position is not Position.SURFACE:
             below = float(surface.depth(at[None], -ahead[None])[0])
         if not np.isfinite(below + beyond):
             return None
         if below > beyond:
             below, beyond, ahead = beyond, below, -ahead
         depths = DEEPEST * (below + beyond) * np.linspace(0.0, 1.0, _ALONG) ** 2
-        return _Line(at + (depths - below)[:, None] * ahead, depths, below, below + beyond)
+        return at + (depths - below)[:, None] * ahead, depths, below, below + beyond
 
     def _histories(self, places: Floats, weights: Weights) -> Floats:
         """Stress (n, 6, n_instants), MPa, of the part at places (n, 3) in it."""
-        mesh, part, found = self.rod.mesh.whole, self.place.part, list[Floats]()
+        mesh, part, found = self.rod.mesh.whole, self.part, list[Floats]()
         tets = mesh.tets if mesh.part is None else mesh.tets[mesh.part == part]
         corners = mesh.points[tets[:, :4]]
         inverse = np.linalg.inv(np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 2))

@@ -89,10 +89,7 @@ def _left_behind(plastic: PlasticFigures | None, overload: OverloadFigures | Non
 
 
 def flaw_factors(defect: DefectFigures | None) -> list[SafetyFactor]:
-    """Return the factor of a given flaw against growth, unless it lasts until the next inspection.
-
-    Where there is a duty, it decides.
-    """
+    """Return the factor of a given flaw, over the duty if there is one, unless it lasts until inspection."""
     flaw = None if defect is None else defect.flaw
     if flaw is None or (judged := flaw.duty or flaw).depth_after_service_mm is not None:
         return []

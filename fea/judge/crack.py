@@ -1,10 +1,10 @@
 """Cracks under a stress that varies with depth: their stress intensity, and how they grow by Paris' law.
 
 Stress intensity of half an ellipse at the surface of a plate follows from weight functions whose coefficients
-reproduce that of uniform and of linear stress (Shen & Glinka 1991), which Newman & Raju (1981) give. They err
-most where it is long: there it turns into an edge crack in a strip, whose weight function is that of Fett &
-Munz (1997; from memory, see `tests/judge/test_crack.py` for the handbooks that hold it). An ellipse inside
-has the equations of Newman & Raju (1984) for a plate whose nearer surface is as far from its middle.
+reproduce that of uniform and of linear stress (Shen & Glinka 1991), which Newman & Raju (1981) give. A long
+one turns into an edge crack in a strip, with the weight function of Fett & Munz (1997; from memory, held to
+handbooks in `tests/judge/test_crack.py`). An ellipse inside has the equations of Newman & Raju (1984) for a
+plate whose surfaces are both as far from its middle as the nearer one.
 """
 
 from collections.abc import Callable, Sequence
@@ -126,8 +126,7 @@ def grown(
 ) -> CrackGrowth:
     """Let a crack of dimensions (k,) grow until the first is `furthest`, mm, or until the rest breaks.
 
-    Of each cycle only the tensile part opens it. No threshold stops it: whether it grows is asked before.
-    Midpoint rule.
+    Only the tensile part of a cycle opens it. No threshold stops it: that is asked before. Midpoint rule.
     """
 
     def speed(size: Floats) -> tuple[Floats, float]:
@@ -153,31 +152,25 @@ def grown(
     return CrackGrowth(np.array(hours), np.array(sizes), breaks)
 
 
-def grown_at_surface(
-    size: tuple[float, float], wall: float, loads: Sequence[CrackLoad], metal: CrackMetal
+def grown_flaw(
+    size: tuple[float, float], below: float, wall: float, loads: Sequence[CrackLoad], metal: CrackMetal
 ) -> CrackGrowth:
     """Let half an ellipse of a depth and half length, mm, grow to `DEEPEST` of the wall, or until it breaks.
 
-    The dimensions are depth and half length; one that is deeper than that begins as half a circle.
+    One that is deeper than half its length begins as half a circle. Where its middle lies `below` the
+    surface, mm, it is a whole ellipse of a height: where little is left before the surface, or where that
+    breaks, it goes on as half an ellipse that is as deep as its farther end. The dimensions of the growth
+    are the height, then the depth, and half of the length.
     """
-    start = np.array([size[0], max(size)])
-    return grown(start, DEEPEST * wall, partial(surface_intensity, wall=wall), loads, metal)
-
-
-def grown_inside(
-    size: tuple[float, float], below: float, wall: float, loads: Sequence[CrackLoad], metal: CrackMetal
-) -> CrackGrowth:
-    """Let an ellipse of a height and half length, mm, grow from its middle that lies `below` the surface, mm.
-
-    Where little is left before the surface, or where that breaks, it goes on as half an ellipse that is as
-    deep as its farther end. The dimensions are height, then depth, and half length.
-    """
+    if below <= 0:
+        start = np.array([size[0], max(size)])
+        return grown(start, DEEPEST * wall, partial(surface_intensity, wall=wall), loads, metal)
     start = np.array([size[0] / 2, size[0] / 2, size[1]])
     inside = grown(start, DEEPEST * below, partial(inside_intensity, below=below), loads, metal)
     near, far, half = inside.sizes[-1].tolist()
     inside = inside._replace(sizes=np.stack([inside.sizes[:, :2].sum(axis=1), inside.sizes[:, 2]], axis=1))
     if not inside.breaks and near < DEEPEST * below * (1 - 1e-6):  # nothing opens it
         return inside
-    beyond, since = grown_at_surface((below + far, half), wall, loads, metal), float(inside.hours[-1])
+    beyond, since = grown_flaw((below + far, half), 0.0, wall, loads, metal), float(inside.hours[-1])
     hours = np.concatenate([inside.hours, since + beyond.hours])
     return CrackGrowth(hours, np.concatenate([inside.sizes, beyond.sizes]), beyond.breaks, since)

@@ -12,8 +12,6 @@ from fea.output.units import coordinates, number, place, quantity, unit
 
 # √area, µm, of a long flaw of 0.1 mm depth: below it, defects are worth a line without being asked for.
 _MATTERS = LONG * 100.0
-# Percent of a flaw's area that the stress sees, below which that is worth saying.
-_TURNED = 50.0
 
 
 def given_flaw(summary: Summary) -> Iterator[str]:
@@ -22,10 +20,7 @@ def given_flaw(summary: Summary) -> Iterator[str]:
         return
     size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
     size += "" if flaw.position == Position.SURFACE else f" {flaw.position}"
-    by = f"by {flaw.criterion}"
-    if flaw.counted_percent < _TURNED:
-        by += f"; {number(flaw.counted_percent, '.0f')} % of it counts, as it lies along the stress"
-    yield f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {_growth(flaw, by)}."
+    yield f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {_growth(flaw, f'by {flaw.criterion}')}."
     if (duty := flaw.duty) is not None:
         yield f"Over the duty the flaw {_growth(duty, f'at {duty.rpm:g} rpm')}."
 
@@ -53,12 +48,11 @@ def defect_sizes(summary: Summary) -> Iterator[str]:
         return
     if (flaw := found.flaw) is not None:
         amplitude, ratio = quantity(flaw.amplitude_MPa, ".0f", "MPa"), number(flaw.stress_ratio, ".2f")
-        size = quantity(flaw.area_root_um, ".0f", "µm")
-        yield f"The flaw counts with √area = {size} under an amplitude of {amplitude}, R = {ratio}."
+        size, share = quantity(flaw.area_root_um, ".0f", "µm"), number(flaw.counted_percent, ".0f")
         turned = number(degrees(acos(min(abs(flaw.normal[0]), 1.0))), ".0f")
         yield (
-            f"The stress that opens it acts at {turned}° to the axis of the rod: a lap along that direction "
-            "hardly counts, one across it fully."
+            f"The flaw counts with {share} % of its area, √area = {size}, under an amplitude of {amplitude}, "
+            f"R = {ratio}. That stress acts at {turned}° to the rod's axis: a lap along it hardly counts."
         )
     if found.smallest_um and found.smallest_um < _MATTERS:
         worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)

@@ -9,8 +9,7 @@ from fea.judge.crack import (
     CrackLoad,
     edge_intensity,
     grown,
-    grown_at_surface,
-    grown_inside,
+    grown_flaw,
     inside_intensity,
     surface_intensity,
 )
@@ -152,7 +151,7 @@ def test_a_penny_grows_by_the_closed_form_and_breaks_through():
     factor = 2 / np.pi * 200 * np.sqrt(np.pi * 1e-3)
     loads = [CrackLoad(constant(200.0), constant(0.0), 1.0)]
     # Far below the surface it stays round: Paris' integral up to 0.8 of its depth.
-    found = grown_inside((0.2, 0.1), 5.0, 1e3, loads, METAL)
+    found = grown_flaw((0.2, 0.1), 5.0, 1e3, loads, METAL)
     assert found.surfaces is not None
     early = found.sizes[:, 0] <= 2.0  # where the surface does not count yet
     radius = found.sizes[early][-1, 0] / 2
@@ -160,7 +159,7 @@ def test_a_penny_grows_by_the_closed_form_and_breaks_through():
     through = int(np.searchsorted(found.hours, found.surfaces))
     assert found.sizes[through, 0] == pytest.approx(2 * DEEPEST * 5.0, rel=0.05)  # height
     # Then as deep as its farther end; the time adds up.
-    after = grown_at_surface(tuple(found.sizes[through + 1]), 1e3, loads, METAL)
+    after = grown_flaw(tuple(found.sizes[through + 1]), 0.0, 1e3, loads, METAL)
     assert found.sizes[through + 1, 0] > 5 + DEEPEST * 5.0 * 0.95
     assert found.hours[-1] - found.surfaces == pytest.approx(after.hours[-1])
     assert (np.diff(found.hours) >= 0).all()
@@ -168,17 +167,17 @@ def test_a_penny_grows_by_the_closed_form_and_breaks_through():
 
 def test_a_flaw_just_below_the_surface_is_one_of_the_surface_at_once():
     loads = [CrackLoad(constant(200.0), constant(0.0), 1.0)]
-    found = grown_inside((1.0, 2.0), 0.55, 10.0, loads, METAL)
+    found = grown_flaw((1.0, 2.0), 0.55, 10.0, loads, METAL)
     assert found.surfaces == 0
-    assert found.hours[-1] == grown_at_surface((1.05, 2.0), 10.0, loads, METAL).hours[-1]
+    assert found.hours[-1] == grown_flaw((1.05, 2.0), 0.0, 10.0, loads, METAL).hours[-1]
     closed = [CrackLoad(constant(-5.0), constant(-200.0), 1.0)]
-    assert grown_inside((1.0, 2.0), 3.0, 10.0, closed, METAL).hours.tolist() == [0.0]
+    assert grown_flaw((1.0, 2.0), 3.0, 10.0, closed, METAL).hours.tolist() == [0.0]
 
 
 def test_growth_ends_where_the_rest_breaks():
     tough = CrackMetal(5e-9, 3.0, 5.0, 10.0)
     loads = [CrackLoad(constant(100.0), constant(0.0), 1.0)]
-    found = grown_at_surface((0.5, LARGE), LARGE, loads, tough)
+    found = grown_flaw((0.5, LARGE), 0.0, LARGE, loads, tough)
     critical = 1e3 * (10 / 112.2) ** 2 / np.pi
     assert found.breaks
     assert critical <= found.sizes[-1, 0] <= 1.03 * critical
