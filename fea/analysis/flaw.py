@@ -29,7 +29,7 @@ from fea.solid.element import shape_functions
 from fea.solid.sharp_edges import FacetSurface
 from fea.solid.stress import across, opened
 from fea.study.defect_table import Flaw
-from geometry.arrays import Floats, vector
+from geometry.arrays import Floats, Ints, vector
 from geometry.errors import require
 from mesh.tetmesh import TetMesh
 
@@ -95,10 +95,10 @@ class FlawJudge:
     def _over(self, cycles: Sequence[Cycles]) -> FlawLifeFigures:
         """Return the worst limit, and the growth, over cycles of several kinds."""
         weights = joined(*(each.weights for each in cycles))
-        ends = np.cumsum([each.weights.even.shape[1] for each in cycles])
+        begin: Ints = np.cumsum([0, *(each.weights.even.shape[1] for each in cycles)])[:-1]
         stress = self._histories(self.at[None], weights)
         (normal,), given = opened(stress), self.rod.study.defect.normal
-        histories = np.split(across(stress, normal)[0], ends[:-1])
+        histories = np.split(across(stress, normal)[0], begin[1:])
         cycle = StressCycle(*np.array([[each.max(), each.min()] for each in histories]).T)
         share = 1.0 if given is None else float(abs(np.array(given) @ normal) / np.linalg.norm(given))
         size = max(share, _LEAST) ** 0.5 * self.flaw.depth, max(share, _LEAST) ** 0.5 * self.flaw.length / 2
@@ -119,8 +119,8 @@ class FlawJudge:
         line = None if factor.low >= 1 else self._line(normal)
         if line is None:
             return found
-        reached = [[each.argmax(), each.argmin()] for each in histories]
-        instants = np.ravel((ends - np.diff(ends, prepend=0))[:, None] + reached)
+        reached: Ints = np.array([[each.argmax(), each.argmin()] for each in histories])
+        instants = (begin[:, None] + reached).ravel()
         places, depths, below, wall = line
         along = partial(np.interp, xp=depths)
         pairs = across(self._histories(places, weights.at(instants)), normal).T
