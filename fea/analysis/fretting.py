@@ -70,6 +70,7 @@ class FrettingResult:
     whole: MirroredMesh  #: the whole rod
     counts: Mask  #: (k,) which are away from stress singularities
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
+    power: Floats | None = None  #: (k,) mean over the duty of the study, mW/mm²
 
     @cached_property
     def across(self) -> Ints:
@@ -115,6 +116,7 @@ class FrettingResult:
             slipping_percent=100 * float(area[mine & self.slips].sum() / area[mine].sum()),
             creep_um=float(rub.creep[mine].max()) / UM,
             energy_mJ=float(rub.energy[mine] @ area[mine]),
+            duty_mW=None if self.power is None else float(self.power[mine] @ area[mine]),
             most_energy_mJ=float(rub.energy[most]),
             most_energy_at_mm=vector(self.vertices.place[most]),
             tension_MPa=float(tension[worst]) if counts else None,
@@ -228,6 +230,8 @@ def fretting(
     judged = [np.where(lining[side.part], -1.0, own) for side, own in zip(sides, severity, strict=True)]
     second = judged[1] > judged[0]
     changes, notes = _changes(pins, cycle)
+    duty = () if rod.life is None or rod.life.operation is None else rod.life.operation.entries
+    an_hour = [each.rate * pins.rubbing(each.cycle).energy for each in duty]
     result = FrettingResult(
         rubbing=rubbing,
         vertices=vertices,
@@ -241,6 +245,7 @@ def fretting(
         whole=rod.mesh.mirrored,
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
         changes={AS_GIVEN: rubbing} | changes,
+        power=np.sum(an_hour, axis=0) / 3600 if an_hour else None,
     )
     return result, (NOT_RESOLVED, *notes, *_unsettled(result))
 

@@ -16,8 +16,7 @@ import numpy as np
 from fea.base.material import CrackMetal
 from geometry.arrays import Floats
 
-# Depth over wall up to which Newman & Raju's equations hold; and how far a flaw inside grows towards the
-# surface, over the distance of its middle when it began: then it breaks through.
+# Depth over wall to which Newman & Raju's equations hold; of a flaw inside, over the depth where it begins.
 DEEPEST = 0.8
 _METRE = 1e-3
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -30,11 +29,9 @@ _EDGE = np.array(
         [-0.19277, 2.55863, -12.6415, 19.7630, -10.986],
     ]
 )
-# Power of 1 − a/c by which half an ellipse counts as an edge crack: next to nothing of it is left at 0.2, the
-# longest of Newman & Raju's finite elements.
-_LONG = 40
-# Of half the height of a flaw inside: where the stress counts for an end. Exact for a round one and a stress
-# that is linear (Tada, Paris & Irwin); it is 1/2 for a long one.
+_LONG = 40  # power of 1 − a/c: how much of an edge crack half an ellipse is; 0.01 % at 0.2, their longest
+# Of half the height of a flaw inside: where the stress counts for an end. Exact for a round one and linear
+# stress (Tada, Paris & Irwin); 1/2 for a long one.
 _TOWARDS_END = 2 / 3
 _STEP = 0.02  # relative growth of the fastest of the dimensions
 
