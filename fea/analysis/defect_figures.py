@@ -18,22 +18,32 @@ class DefectPlaceFigures(Figures):
     stress_ratio: float | None  #: None where the plane never opens
 
 
-class FlawFigures(Figures):
-    """A flaw that a study gives."""
+class FlawLifeFigures(Figures):
+    """A flaw over the cycle of a speed, or over a duty: of the speed at which it is nearest to growth."""
+
+    rpm: float
+    normal: Vector  #: of the plane across the largest principal stress
+    counted_percent: float  #: of the flaw's area, that it has in projection on that plane
+    area_root_um: float  #: √area of that
+    amplitude_MPa: float  #: of the stress across it
+    stress_ratio: float | None
+    criterion: str  #: ``Murakami``, or ``El Haddad`` where it is larger than Murakami's model allows
+    factor: SafetyFactor  #: against growth
+    hours: WhereKnown[float] = None  #: until it ends the rod; None where it does not grow, or along a surface
+    ends: WhereKnown[str] = None  #: what they lead to, in words
+    hours_to_surface: WhereKnown[float] = None  #: of a flaw inside, until it breaks through
+    depth_after_service_mm: WhereKnown[float] = None  #: the height, of one inside; None where it ends before
+
+
+class FlawFigures(FlawLifeFigures):
+    """A flaw that a study gives, over the crank cycle."""
 
     depth_mm: float
     length_mm: float
     at_mm: Vector
     where: str  #: in words
     position: str  #: ``surface``, ``touching`` or ``inside``
-    area_root_um: float  #: √area, projected on the plane across the largest principal stress
-    amplitude_MPa: float  #: of the stress across it
-    stress_ratio: float | None
-    criterion: str  #: ``Murakami``, or ``El Haddad`` where it is larger than Murakami's model allows
-    factor: SafetyFactor  #: against growth
-    hours: WhereKnown[float] = None  #: until it ends the rod, where it grows from the surface
-    ends: WhereKnown[str] = None  #: what they lead to, in words
-    depth_after_service_mm: WhereKnown[float] = None  #: None where it ends before
+    duty: WhereKnown[FlawLifeFigures] = None  #: the same over the duty, whose growth adds up
 
 
 class DefectFigures(Figures):

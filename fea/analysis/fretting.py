@@ -74,6 +74,7 @@ class FrettingResult:
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
     bolt_seats: Mapping[str, BoltSeatFigures] = field(default_factory=dict)  #: of heads and nuts
     proven: float | None = None  #: σ τδ that has served, MPa²·mm
+    power: Floats | None = None  #: (k,) mean over the duty of the study, mW/mm²
 
     @cached_property
     def across(self) -> Ints:
@@ -121,6 +122,7 @@ class FrettingResult:
             slipping_percent=100 * float(area[mine & self.slips].sum() / area[mine].sum()),
             creep_um=float(rub.creep[mine].max()) / UM,
             energy_mJ=float(rub.energy[mine] @ area[mine]),
+            duty_mW=None if self.power is None else float(self.power[mine] @ area[mine]),
             most_energy_mJ=float(rub.energy[most]),
             most_energy_at_mm=vector(self.vertices.place[most]),
             tension_MPa=float(tension[worst]) if counts else None,
@@ -234,6 +236,8 @@ def fretting(
     judged = [np.where(lining[side.part], -1.0, own) for side, own in zip(sides, severity, strict=True)]
     second = judged[1] > judged[0]
     changes, notes = _changes(pins, cycle)
+    duty = () if rod.life is None or rod.life.operation is None else rod.life.operation.entries
+    an_hour = [each.rate * pins.rubbing(each.cycle).energy for each in duty]
     result = FrettingResult(
         rubbing=rubbing,
         vertices=vertices,
@@ -249,6 +253,7 @@ def fretting(
         changes={AS_GIVEN: rubbing} | changes,
         bolt_seats=bolt_seats(rod, pins, cycle, found, degrees),
         proven=rod.options.proven_ruiz_2,
+        power=np.sum(an_hour, axis=0) / 3600 if an_hour else None,
     )
     return result, (*_not_resolved(pins, found), *notes, *_unsettled(result))
 

@@ -88,11 +88,11 @@ def _left_behind(plastic: PlasticFigures | None, overload: OverloadFigures | Non
 
 
 def flaw_factors(defect: DefectFigures | None) -> list[SafetyFactor]:
-    """Return the factor of a given flaw against growth, unless it lasts until the next inspection."""
+    """Return the factor of a given flaw, over the duty if there is one, unless it lasts until inspection."""
     flaw = None if defect is None else defect.flaw
-    if flaw is None or flaw.depth_after_service_mm is not None:
+    if flaw is None or (judged := flaw.duty or flaw).depth_after_service_mm is not None:
         return []
-    return [flaw.factor.against(flaw.factor.mode, place=f"the given flaw, {flaw.where}")]
+    return [judged.factor.against(judged.factor.mode, place=f"the given flaw, {flaw.where}")]
 
 
 def factors_of_assembly(assembly: AssemblyFigures) -> list[SafetyFactor]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.material import CrackMetal, Material
-from fea.judge.crack import penny_intensity, surface_intensity
+from fea.judge.crack import inside_intensity, surface_intensity
 from geometry.arrays import Floats, Ints, Mask
 
 LARGEST, ACCURATE = 1000.0, 400.0  # √area, µm, and HV up to which the model holds
@@ -112,11 +112,12 @@ def flaw_limit(
         long = el_haddad_limit(root * _METRE, _GEOMETRY[position], metal, cycle)
         small = murakami_limit(root, cycle.ratio, material.hardness, position)
         return "Murakami", np.minimum.reduce([small, long, smooth])
-    largest = max(surface_intensity(depth, half, _LARGE * depth, np.ones_like))
-    if position is not Position.SURFACE:
-        depth = (depth * half / 2) ** 0.5  # of a circle of the same area
-        largest = penny_intensity(depth, 1.0)
-    geometry = largest / float(np.sqrt(np.pi * depth * _METRE))
+    if position is Position.INSIDE:
+        depth /= 2  # half of its height
+        largest = inside_intensity(np.array([depth, depth, half]), np.ones_like, _LARGE * depth)
+    else:
+        largest = surface_intensity(np.array([depth, half]), np.ones_like, _LARGE * depth)
+    geometry = float(largest.max() / np.sqrt(np.pi * depth * _METRE))
     return "El Haddad", el_haddad_limit(depth, geometry, metal, cycle, smooth)
 
 

@@ -1,9 +1,12 @@
 """Defects in the answer: sentences, and the table of the regions."""
 
 from collections.abc import Iterator
+from math import acos, degrees
 
+from fea.analysis.defect_figures import FlawLifeFigures
 from fea.analysis.summary_figures import Summary
-from fea.judge.defect import LARGEST, LONG
+from fea.judge.defect import LARGEST, LONG, Position
+from fea.output.life_statements import roughly
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.units import coordinates, number, place, quantity, unit
 
@@ -12,18 +15,31 @@ _MATTERS = LONG * 100.0
 
 
 def given_flaw(summary: Summary) -> Iterator[str]:
-    """Yield whether a given flaw grows, and how fast."""
+    """Yield whether a given flaw grows over the cycle, and over a duty, and how fast."""
     if summary.defect is None or (flaw := summary.defect.flaw) is None:
         return
     size = f"{number(flaw.depth_mm, 'g', 'mm')} × {quantity(flaw.length_mm, 'g', 'mm')}"
-    grows = "grows" if flaw.factor < 1 else "does not grow" if flaw.factor.low >= 1 else "may grow"
-    text = f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {grows}, factor {flaw.factor.text} by "
-    text += flaw.criterion
-    if flaw.hours is not None:
-        text += f"; about {float(f'{flaw.hours:.1g}'):g} h to {flaw.ends}"  # growth is known no better
-    if flaw.depth_after_service_mm is not None:
-        text += f"; {quantity(flaw.depth_after_service_mm, '.2g', 'mm')} deep at the next service"
-    yield f"{text}."
+    size += "" if flaw.position == Position.SURFACE else f" {flaw.position}"
+    yield f"Flaw of {size}, {flaw.where}, {place(flaw.at_mm)}: {_growth(flaw, f'by {flaw.criterion}')}."
+    if (duty := flaw.duty) is not None:
+        yield f"Over the duty the flaw {_growth(duty, f'at {duty.rpm:g} rpm')}."
+
+
+def _growth(found: FlawLifeFigures, by: str) -> str:
+    """Say whether a flaw grows, `by` what, and how fast; growth is known to one digit."""
+    grows = "grows" if found.factor < 1 else "does not grow" if found.factor.low >= 1 else "may grow"
+    text = f"{grows}, factor {found.factor.text} {by}"
+    if found.hours is not None:
+        to_surface, last = roughly(found.hours_to_surface), roughly(found.hours)
+        first = (
+            "" if found.hours_to_surface is None or to_surface == last else f"{to_surface} to the surface, "
+        )
+        text += f"; about {first}{last} to {found.ends}"
+    elif found.factor.low < 1:
+        text += "; how fast is not worked out, as it lies along the surface"
+    if (depth := found.depth_after_service_mm) is not None:
+        text += f"; grown to {quantity(depth, '.2g', 'mm')} by the next service"
+    return text
 
 
 def defect_sizes(summary: Summary) -> Iterator[str]:
@@ -32,8 +48,12 @@ def defect_sizes(summary: Summary) -> Iterator[str]:
         return
     if (flaw := found.flaw) is not None:
         amplitude, ratio = quantity(flaw.amplitude_MPa, ".0f", "MPa"), number(flaw.stress_ratio, ".2f")
-        size = quantity(flaw.area_root_um, ".0f", "µm")
-        yield f"The flaw counts with √area = {size} under an amplitude of {amplitude}, R = {ratio}."
+        size, share = quantity(flaw.area_root_um, ".0f", "µm"), number(flaw.counted_percent, ".0f")
+        turned = number(degrees(acos(min(abs(flaw.normal[0]), 1.0))), ".0f")
+        yield (
+            f"The flaw counts with {share} % of its area, √area = {size}, under an amplitude of {amplitude}, "
+            f"R = {ratio}. That stress acts at {turned}° to the rod's axis: a lap along it hardly counts."
+        )
     if found.smallest_um and found.smallest_um < _MATTERS:
         worst, low = found.regions[0], min(each.smallest_um_low for each in found.regions)
         size, ends = _size(worst.smallest_um), f"{_size(low)} … {_size(worst.smallest_um_high)}"

@@ -86,10 +86,10 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
         if pair.tension_at_mm is not None:
             largest = quantity(pair.tension_MPa, ".0f", "MPa")
             tension = f"largest tension {largest}, at {place(pair.tension_at_mm)}"
-        yield (
-            f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); "
-            f"{number(pair.energy_mJ, '.3g')} mJ a cycle, most at {place(pair.most_energy_at_mm)}; {tension}."
-        )
+        mJ = f"{number(pair.energy_mJ, '.3g')} mJ a cycle"
+        mJ += "" if pair.duty_mW is None else f" ({number(pair.duty_mW, '.3g')} mW over the duty)"
+        head = f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); {mJ}"
+        yield f"{head}, most at {place(pair.most_energy_at_mm)}; {tension}."
     seats = (summary.fretting and summary.fretting.bolt_seats) or {}
     yield from (line for name, seat in seats.items() if (line := _under(name, seat)) not in said)
 

@@ -21,7 +21,7 @@ def life(summary: Summary) -> Iterator[str]:
     most = max(found.duty, key=lambda entry: entry.damage_percent or 0.0)
     damage = f"; {number(most.damage_percent, '.3g')} % of the damage at {most.rpm:g} rpm"
     if found.assumed_line and found.hours is not None:
-        least, longest, about = (_hours(hours) for hours in (*found.band_hours, found.hours))
+        least, longest, about = (roughly(hours) for hours in (*found.band_hours, found.hours))
         yield f"Life over the duty: {least} to {longest}, about {about} (assumed S–N line){damage}."
     else:
         yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
@@ -38,7 +38,7 @@ def log_lines(summary: Summary) -> Iterator[str]:
         f"That is {number(life.duties, '.2g')} times {log.file}: {worst} % of the damage from "
         f"{log.worst_from_s:.4g} to {log.worst_to_s:.4g} s, {between} % by {log.between_cycles:.0f} cycles "
         f"between speeds or loads. With a critical damage of {log.critical_damage:g}, FKM's for varying "
-        f"amplitudes (assumed): {_hours(log.hours_at_critical_damage)}."
+        f"amplitudes (assumed): {roughly(log.hours_at_critical_damage)}."
     )
 
 
@@ -55,7 +55,7 @@ def lasts(life: CycleLifeFigures, speed: str) -> str:
     for failing in _failing(life.reliability, speed):
         return f"{failing}{more}"
     ends = life.cycles is not None and life.cycles <= LONGEST
-    about = f", about {_hours(life.hours)}" if ends and _hours(life.hours) != lasting(life) else ""
+    about = f", about {roughly(life.hours)}" if ends and roughly(life.hours) != lasting(life) else ""
     return f"{'Lasts' if ends else 'Life'} {speed}: {lasting(life)}{about} {source_of(life)}.{more}"
 
 
@@ -71,15 +71,15 @@ def lasting(life: CycleLifeFigures) -> str:
         return "minutes"
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
-        return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
-    return " to ".join(dict.fromkeys((_hours(life.low_hours), _hours(life.high_hours))))
+        return endless if life.low_hours is None else f"{endless}, at least {roughly(life.low_hours)}"
+    return " to ".join(dict.fromkeys((roughly(life.low_hours), roughly(life.high_hours))))
 
 
 def b_lives(known: ReliabilityFigures) -> str:
     """Return B10 and B50 in words, as ranges where places may depend on one another."""
     most = known.at_most or known
     lives = (known.b10_hours, most.b10_hours), (known.b50_hours, most.b50_hours)
-    (b10, b50) = (" to ".join(dict.fromkeys(_hours(bound, 2) for bound in bounds)) for bounds in lives)
+    (b10, b50) = (" to ".join(dict.fromkeys(roughly(bound, 2) for bound in bounds)) for bounds in lives)
     return f"B10 {b10}, B50 {b50}"
 
 
@@ -88,7 +88,7 @@ def _determined(life: CycleLifeFigures) -> bool:
     return life.cycles is None or life.cycles >= LOW_CYCLE or life.by_strain
 
 
-def _hours(hours: float | None, digits: int = 1) -> str:
+def roughly(hours: float | None, digits: int = 1) -> str:
     """Return hours with so many significant digits, minutes below one hour."""
     if hours is None:
         return "unlimited" if digits == 1 else "beyond 10⁸ cycles"

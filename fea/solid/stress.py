@@ -1,4 +1,4 @@
-"""Scalars of a stress tensor."""
+"""Scalars of a stress tensor, and the plane that its history opens most."""
 
 import numpy as np
 
@@ -36,3 +36,16 @@ def principal(stress: Floats) -> Floats:
     thirds = 2 * np.pi / 3 * np.array([0, -1, 1])
     roots = mean[..., None] + 2 * radius[..., None] * np.cos(angle[..., None] + thirds)
     return np.asarray(largest * roots)
+
+
+def opened(stress: Floats) -> Floats:
+    """Normals (n, 3) of the planes across the largest principal stress of histories (n, 6, n_instants)."""
+    worst = principal(np.moveaxis(stress, 1, -1))[..., 0].argmax(axis=1)
+    return np.asarray(np.linalg.eigh(matrices(stress[np.arange(len(stress)), :, worst]))[1][:, :, -1])
+
+
+def across(stress: Floats, normals: Floats) -> Floats:
+    """Stress (n, n_instants) across planes of normals (n, 3) or one for all, of histories as of `opened`."""
+    x, y, z = np.broadcast_to(normals, (len(stress), 3)).T
+    dyads = np.stack([x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * x * z], axis=1)
+    return np.asarray((dyads[:, None] @ stress)[:, 0])

@@ -7,13 +7,16 @@ import pytest
 from cycles import analysis
 
 from fea.analysis.cycle.unit_solutions import spots
-from fea.analysis.defects import NodeCycles, across, opened, with_defects
+from fea.analysis.defects import NodeCycles, with_defects
 from fea.analysis.pipeline import solve_speed, with_cycle
 from fea.analysis.survival import flaw_factors
 from fea.base.choices import Symmetry
 from fea.judge.defect import LARGEST
+from fea.rod.loading import DutyLoads
+from fea.solid.stress import across, opened
 from fea.study.defect_table import DefectTable
 from fea.study.material_table import MaterialTable
+from fea.study.speed_tables import DutyTable
 from geometry.errors import InvalidValue
 
 RPM = 5000.0
@@ -144,6 +147,41 @@ def test_a_flaw_inside(solved):
     assert (flaw.position, flaw.at_mm) == ("inside", (75.0, 0.0, 0.0))
     assert flaw.area_root_um == pytest.approx(1e3 * np.sqrt(np.pi / 4) * 0.4)
     assert flaw.criterion == "Murakami"
+
+
+def test_a_flaw_inside_grows_to_the_surface_first(solved):
+    flaw = with_flaw(solved, size="2x2@75,4.5,0").defect.flaw
+    assert (flaw.position, flaw.criterion) == ("inside", "El Haddad")
+    assert 0 < flaw.hours_to_surface < flaw.hours
+    # One that touches the surface counts as one of the surface at once.
+    x, y, _ = with_flaw(solved, size="2x2@75,8,0").defect.flaw.at_mm
+    touching = with_flaw(solved, size=f"2x2@{x},{y - 1.1},0").defect.flaw
+    assert touching.position == "touching"
+    assert touching.hours_to_surface == 0
+    assert touching.hours < flaw.hours
+
+
+def over_duty(solved, size, **duty):
+    rod, speed = solved
+    duty = DutyLoads.of(DutyTable(**duty), rod.engine)
+    return with_flaw((replace(rod, duty=duty), speed), size=size).defect
+
+
+def test_growth_adds_up_over_a_duty(solved):
+    flaw = over_duty(solved, "0.3x3", rpm=(RPM,), share_percent=(100.0,)).flaw
+    # The duty has the instants of the peak cases beside every degree.
+    assert float(flaw.duty.factor) == pytest.approx(float(flaw.factor), rel=1e-3)
+    assert flaw.duty.hours == pytest.approx(flaw.hours, rel=5e-3)
+    both = over_duty(solved, "0.3x3", rpm=(2000.0, RPM), share_percent=(75.0, 25.0)).flaw
+    assert both.duty.rpm == RPM
+    assert flaw.hours < both.duty.hours < 4 * flaw.hours
+
+
+def test_a_duty_decides_whether_a_flaw_lasts(solved):
+    defect = over_duty(solved, "0.3x3", rpm=(1000.0, RPM), share_percent=(99.9, 0.1))
+    assert [float(factor) for factor in flaw_factors(defect)] == [float(defect.flaw.duty.factor)]
+    lasting = replace(defect.flaw, duty=replace(defect.flaw.duty, depth_after_service_mm=0.4))
+    assert flaw_factors(replace(defect, flaw=lasting)) == []
 
 
 def test_a_flaw_outside_of_the_rod_is_refused(solved):

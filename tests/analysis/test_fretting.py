@@ -67,6 +67,22 @@ def test_a_rod_of_one_piece_has_none_and_says_so():
     assert "no parts of the rod touch with friction" in str(note)
 
 
+def test_energy_over_a_duty_is_that_of_its_cycles(rod, speed, monkeypatch):
+    monkeypatch.setattr("fea.analysis.fretting._changes", lambda _pins, _cycle: ({}, []))
+    cycle, other = rod.crank_cycle(SPEED), replace(rod)
+    vars(other).update(
+        {name: vars(rod)[name] for name in ("full_cycle", "certified_cycle") if name in vars(rod)}
+    )
+    entries = [SimpleNamespace(cycle=cycle, rate=rate) for rate in (3600.0, 7200.0)]
+    vars(other)["life"] = SimpleNamespace(operation=SimpleNamespace(entries=entries))
+    found, _ = fretting(other, cycle, speed.cycle)
+    summary = SimpleNamespace(fretting=found.figures(rod.mesh.bores.rod_length))
+    # 3 cycles in a second: as many mW as three times the mJ of a cycle.
+    for pair in summary.fretting.pairs.values():
+        assert pair.duty_mW == pytest.approx(3 * pair.energy_mJ, rel=1e-9)
+    assert all("mW over the duty)" in line for line in list(fretting_in_full(summary))[1:])
+
+
 def test_places_are_ranked_by_the_product_of_their_figures(figures):
     severity = [place.ruiz_2 for place in figures.places]
     assert severity == sorted(severity, reverse=True)

@@ -21,11 +21,13 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.analysis.cycle.candidates import RowHistories
 from fea.analysis.cycle.figures import life_figures
-from fea.analysis.pipeline import solve_speed, with_cycle
+from fea.analysis.pipeline import refined_rod, solve_speed, with_cycle
 from fea.apps.limits import factors
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY, ScaledEngine
+from fea.apps.limits.explore import explore
 from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors, SuperposedFactors
-from fea.apps.limits.figures import LargestValue
+from fea.apps.limits.figures import LargestValue, figures_of
+from fea.apps.limits.flawed import with_flaw
 from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
 from fea.base.choices import Fatigue, Symmetry
@@ -35,11 +37,14 @@ from fea.contact.assembly_state import BoltState
 from fea.judge.cycle_life import cycle_life, varied_pressure
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.history import deviatoric, rainflow
+from fea.machine.clock import Clock
 from fea.rod.loading import EngineLoading
+from fea.study.defect_table import DefectTable
 from fea.study.flags import Flags
+from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ForcesTable
 from fea.study.scatter_table import ScatterTable
-from fea.study.speed_tables import DutyTable
+from fea.study.speed_tables import DutyTable, SpeedTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
@@ -173,6 +178,31 @@ def test_the_page_knows_where_the_map_is_and_what_governs(folder):
     for across, up in ((left, 0.5), (right, 0.5), (0.5, top), (0.5, bottom)):
         x, y = round(across * width), round(up * height)
         assert picture[y - 2 : y + 3, x - 2 : x + 3].min() < 0.3
+
+
+def test_a_given_flaw_that_grows_sets_the_limits():
+    """At the speed up to which the rod holds with it, a run with the flaw has a factor of 1: to 2 %."""
+    flawed = study(
+        defect=DefectTable(size="0.2x3"),
+        material=MaterialTable(preset="4340"),
+        analysis=replace(study().analysis, cycle=True),
+        speed=SpeedTable(rpm=3000.0),
+    )
+    adapted = refined_rod(flawed, [3000.0], Clock())
+    found = explore(adapted, 3000.0, mapped=False)
+    without = figures_of(flawed, found, adapted, Clock())
+    limits = with_flaw(without, found, lambda _: None)
+    fastest = f"At {without.safe_rpm:.0f} rpm and "
+    assert fastest in limits.text
+    assert "bar peak: flaw of 0.2 × 3 mm, " in limits.text
+    assert f"With the flaw the rod holds up to about {limits.safe_rpm:.0f} rpm." in limits.text
+    assert limits.safe_rpm < without.safe_rpm
+    assert not limits.reaches(without.safe_rpm - 2 * without.largest_rpm.bar, None)
+    summary = fea.analyse(flawed, rpm=limits.safe_rpm).summary
+    assert summary.defect.factor == pytest.approx(1.0, abs=0.02)
+    # What was not asked for is not looked at.
+    plain = replace(found, rod=replace(found.rod, study=replace(flawed, defect=DefectTable())))
+    assert with_flaw(without, plain, lambda _: None) is without
 
 
 def test_speed_by_inertia_alone_grows_with_the_root_of_strength():

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fea.analysis.defects import with_defects
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.apps.optimise.problem import DesignConstraint, constraints, required, variables
 from fea.apps.optimise.run_optimise import search_study
@@ -121,6 +122,8 @@ def test_what_a_search_cannot_do_is_refused():
     faster = replace(LEON, optimise=OptimiseTable(min_rpm=7500.0))
     assert search_study(faster).speeds() == (*LEON.speeds(), 7500.0)
     assert search_study(LEON).analysis.tolerance_percent == 2.0
+    with pytest.raises(InvalidValue, match=r"has a place, which cannot stay where it is.*Leave out @x,y,z"):
+        search_study(LEON.with_(defect={"size": "0.2x3@70,6,0"}))
 
 
 def test_hours_stand_in_place_of_the_factor_against_fatigue():
@@ -143,6 +146,15 @@ def test_stress_may_grow_until_the_rod_lasts_the_hours():
     )
     rod = prepare(study)
     results = [with_cycle(rod, solve_speed(rod, 6000.0))]
+    # A flaw that grows is a constraint as well.
+    flawed = replace(rod, study=study.with_(defect={"size": "0.1x3"}))
+    (flaw,) = (
+        one
+        for one in constraints(rod, [with_defects(flawed, results[0])], {"yielding": 1.0, "buckling": 1.0})
+        if one.name == "crack growth"
+    )
+    assert flaw.margin < 0
+    assert flaw.required == 1.0
 
     def least(**modes):
         found = constraints(rod, results, {"yielding": 1.0, "buckling": 1.0, **modes})

@@ -45,6 +45,13 @@ def test_where_a_defect_lies(position, constant):
     assert found == pytest.approx(constant * 500 / 2, rel=1e-12)  # 64^(1/6) = 2
 
 
+def test_murakami_as_others_print_it():
+    # 380 HV, √area 50 µm, in a published code that quotes Murakami's book (2002); 1 % is asked for.
+    for position, known in ((Position.SURFACE, 372.5), (Position.INSIDE, 406.4)):
+        found = murakami_limit(50.0, np.array([-1.0]), 380.0, position)
+        assert found == pytest.approx(known, rel=5e-4)
+
+
 def test_compression_gives_no_benefit_below_r_of_minus_1():
     at = [murakami_limit(100.0, np.array([ratio]), 300.0, Position.SURFACE)[0] for ratio in (-1.0, -3.0)]
     assert at[0] == at[1]

@@ -25,6 +25,7 @@ from fea.base.material import Material
 from fea.judge.cycle_life import cycle_life, life_line, varied_pressure
 from fea.judge.fatigue import LifeLine, criterion_strength, reversed_amplitude
 from fea.judge.history import rainflow, signed_equivalent
+from fea.judge.safety_factor import CycleLife
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants

@@ -9,6 +9,7 @@ from fea.analysis.result import run_result
 from fea.apps.limits.drawn_map import DrawnMap
 from fea.apps.limits.explore import RodLimits, explore, limited_speeds
 from fea.apps.limits.figures import LimitPointFigures, LimitsFigures, figures_of, words
+from fea.apps.limits.flawed import with_flaw
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder, write_text
 from fea.output.json_file import json_text
@@ -75,8 +76,9 @@ def limits(
         lives_at = speeds if asked or study.assembly is None else []
         found = explore(adapted, speeds[-1], at_rpm, show, answered, lives_at=lives_at)
         found = found if asked else replace(found, no_life_because="")
+        figures = with_flaw(figures_of(study, found, adapted, clock), found, show)
     files = FILES if found.life is None else (*FILES, LIFE)
-    figures = replace(figures_of(study, found, adapted, clock), files=files)
+    figures = replace(figures, files=files, timings_s=dict(clock.seconds), total_s=clock.total)
     if folder is not None:
         run = replace(run_result(study, adapted, found.static), study=given)
         with run_folder(folder) as part:

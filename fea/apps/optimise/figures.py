@@ -10,6 +10,7 @@ from fea.apps.optimise.designs import Design
 from fea.apps.optimise.problem import DesignConstraint, Variables
 from fea.apps.optimise.search import SearchResult
 from fea.base.note import Note, by_consequence
+from fea.output.defect_answer import defect_sizes, given_flaw
 from fea.output.folder import near
 from fea.output.terminal.prose import plain_table, print_lines, terminal, unusual
 from fea.output.units import in_unit
@@ -107,6 +108,7 @@ class OptimiseFigures(Figures):
     limits: tuple[ConstraintFigures, ...]
     stopped_by: tuple[str, ...]
     history: tuple[DesignFigures, ...]
+    defects: tuple[str, ...]  #: what the last rod bears, in words
     notes: tuple[Note, ...]
     files: tuple[str, ...]
     total_s: float
@@ -154,6 +156,11 @@ def optimise_figures(
                 dimensions_mm=free.dimensions(design.x),
             )
             for number, design in enumerate(result.tried, start=1)
+        ),
+        defects=tuple(
+            f"At {each.rpm:g} rpm: {line}"
+            for each in (outcome.summary for outcome in after.outcomes)
+            for line in (*given_flaw(each), *defect_sizes(each))
         ),
         notes=notes,
         files=files,
@@ -220,7 +227,7 @@ def print_table(figures: OptimiseFigures, folder: Path) -> None:
     meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"
     check = f"the last rod was meshed again, to error bars of {figures.tolerance_percent:g} %"
     failed = () if figures.trusted else ("A check failed: do not trust the result.",)
-    print_lines(console, [*failed, *figures.stopped_by, f"{meshes}; {check}."])
+    print_lines(console, [*failed, *figures.defects, *figures.stopped_by, f"{meshes}; {check}."])
     study = near(folder / "study.toml")
     print_lines(console, [f"Wrote {study}, with the table and the history beside it: fea run {study}"])
 

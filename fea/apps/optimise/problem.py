@@ -13,6 +13,7 @@ from fea.analysis.buckling import buckling_report
 from fea.analysis.film import FilmResult
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
+from fea.analysis.survival import flaw_factors
 from fea.base.units import UM
 from fea.judge.cycle_life import strength_share
 from fea.judge.fatigue import fatigue_factor
@@ -252,7 +253,11 @@ def _of_stress(
         for case in result.cases.values()
         for edge in case.sharp_mattering
     ]
-    return found + edges
+    flaws = [
+        DesignConstraint(one.mode, float(one), one.percent or 0.0, rod.options.min_safety or 1.0)
+        for one in flaw_factors(result.defect)
+    ]
+    return found + edges + flaws
 
 
 def _life_factors(rod: PreparedRod, result: SpeedResult, hours: float) -> Floats:

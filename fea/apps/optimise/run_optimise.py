@@ -90,11 +90,15 @@ def search_study(study: Study) -> Study:
 
     Every case counts, since the peaks of both ends and of the shank are constraints of their own. Mass
     properties that the study gives are left out: they are those of its own rod. Raises `InvalidValue`: the
-    rod is in separate parts, or comes from a mesh, or there can be no oil film where one is required.
+    rod is in separate parts, or comes from a mesh, a flaw has a place, or there can be no oil film where one
+    is required.
     """
     rule = "cannot be combined with fea optimise: every design would take minutes"
     remedy = "Remove [assembly], then check the lighter rod with it: fea run."
     require(study.assembly is None, "[assembly]", None, rule, remedy)
+    place = () if study.defect.flaw is None else study.defect.flaw.at
+    rule = "has a place, which cannot stay where it is while the dimensions change"
+    require(not place, "defect.size", study.defect.size, rule, "Leave out @x,y,z.")
     study.rod.solid()
     study.require_loading()
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
