@@ -16,6 +16,7 @@ from fea.solid.element import mean_at_nodes
 from fea.solid.parity import Parity
 from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Ints, Mask
+from loads.instants import Instants
 
 # Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
 _NEAR = 0.85
@@ -137,6 +138,17 @@ class FlowingRod:
             [zone.usage(u[[half]], zone.virgin).max(axis=1) for half in range(len(u))] for u in displacements
         ]
         return np.asarray((np.max(stress, axis=0) > (1 + YIELD_TOLERANCE) * strength) & self._counts)
+
+
+def flowing_under(rod: PreparedRod, instants: Instants) -> FlowingRod:
+    """Solve instants that follow one another; a single one comes and goes. Errors as of `equilibrium`."""
+    loads, worst, masked = dict[str, Floats](), np.zeros(1), np.zeros(1, dtype=bool)
+    for instant, (fields, stresses) in zip(instants, rod.fields(rod.equilibrium(instants)), strict=True):
+        loads[instant.name], masked = fields.displacement, fields.error.masked
+        worst = np.maximum(worst, von_mises(stresses[0]))
+    if len(loads) == 1:
+        loads["no load"] = np.zeros((len(worst), 3))
+    return FlowingRod(rod, loads, worst, masked if masked.all() else ~masked)
 
 
 @dataclass(frozen=True)

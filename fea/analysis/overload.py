@@ -12,7 +12,7 @@ import numpy as np
 
 from fea.analysis.collapse import bending, overload_table, weaker
 from fea.analysis.flow import flow_checks, left_out
-from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.flowing_rod import FollowedFlow, flowing_under
 from fea.analysis.overload_figures import BendingFigures, OverloadFigures
 from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
@@ -25,7 +25,6 @@ from fea.judge.safety_factor import SafetyFactor
 from fea.plastic.cycling import PlasticAnswer
 from fea.rod.overload import Overload
 from fea.rod.places import place_name
-from fea.solid.stress import von_mises
 from geometry.arrays import vector
 from loads.hydrolock import BULK
 from loads.instants import given
@@ -44,7 +43,7 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     with rod.clock("plastic flow"):
         column = weaker(rod, strength)
         most = column.limit if overload.liquid else min(overload.force, column.limit)
-        flowing = _loaded(rod, most)
+        flowing = flowing_under(rod, given(-most).named(OVERLOAD)[None])  # at rest
         flexibility = -permanent_set(mesh, length, flowing.loads[OVERLOAD])["length"] * UM / most
         force = overload.on_elastic_rod(flexibility)
         bends = force > column.limit
@@ -61,15 +60,6 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         overload=found,
         flows={**static.flows, OVERLOAD: followed},
     )
-
-
-def _loaded(rod: PreparedRod, force: float) -> FlowingRod:
-    """The rod at rest under a force, N, that presses on both ends, and without it."""
-    solved = rod.equilibrium(given(-force).named(OVERLOAD)[None])
-    ((fields, stresses),) = rod.fields(solved)
-    u, masked = fields.displacement, fields.error.masked
-    counts = ~masked if not masked.all() else masked
-    return FlowingRod(rod, {OVERLOAD: u, "no load": 0 * u}, von_mises(stresses[0]), counts)
 
 
 def _bent(

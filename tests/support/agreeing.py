@@ -126,6 +126,8 @@ def every_factor(summary: dict, *, elastic: bool = False) -> list[SafetyFactor]:
     """Every factor of `summary.json` that decides, with its interval; `elastic`: first yield in any case."""
     flow = None if elastic else summary.get("plastic")
     found = [] if flow is None else _known(flow, "settling_factor", FLOWS[flow["state"]])
+    if (bends := flow and flow.get("collapse_factor")) is not None:
+        found.append(SafetyFactor(bends, mode="collapse"))
     found += [
         one
         for case, result in summary["results"].items()
