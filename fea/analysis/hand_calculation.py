@@ -11,7 +11,7 @@ from math import isclose, pi
 import numpy as np
 
 from fea.analysis.assembly_figures import AssemblyFigures
-from fea.analysis.buckling import compression, part_at, shank_material
+from fea.analysis.buckling import compression, part_at
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary_figures import BucklingFigures, HandFigures, PlaneFigures, Summary
 from fea.base.choices import Fatigue, Region
@@ -152,7 +152,7 @@ def _goodman(
     rod: PreparedRod, stresses: Mapping[str, HandFigures], summary: Summary
 ) -> Iterator[tuple[str, HandFigures]]:
     envelope, survival = summary.envelope, summary.survival
-    material = shank_material(rod)
+    material = rod.materials[part_at(rod.mesh.whole, rod.shank[1].x)]
     limit, ultimate = material.endurance_limit, material.ultimate_strength
     found = survival.fatigue_at_most if envelope is None else envelope.min_fatigue_safety_factor
     if limit is None or ultimate is None or found is None:

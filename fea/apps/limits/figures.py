@@ -351,7 +351,8 @@ _LINES = {  # that are not those of elastic stress
     FailureMode.COLLAPSE: "the shank is bowed by a thousandth of its length (or overload.bow_mm) and yields "
     "without hardening, at the cyclic yield strength if that is smaller",
     FailureMode.SET: "what four turns of the peak cases leave, without hardening, at the cyclic yield "
-    "strength if that is smaller; its line is found on four rays, to 2 %, and straight between them",
+    "strength if that is smaller, under the contact of the elastic rod; its line is found on "
+    "four rays, to 2 %, and straight between them",
 }
 _CLOSED = {
     4: f"{CLOSED_THROTTLE:g} bar absolute in the intake and no combustion",
