@@ -11,6 +11,7 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary_figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
 from fea.base.checks import Check, check
+from fea.base.material import Material
 from fea.base.note import Note, omission
 from fea.judge.column import ColumnLoads, Plane, column
 from fea.judge.safety_factor import without_bar
@@ -87,10 +88,14 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     return BucklingReport(with_modes, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
+def shank_material(rod: PreparedRod) -> Material:
+    """Material of the shank at its least section."""
+    return rod.materials[part_at(rod.mesh.whole, rod.shank[1].x)]
+
+
 def columns(rod: PreparedRod) -> dict[Plane, ColumnLoads]:
     """Return the column formulas of the shank, of the material at its least section."""
-    stations, least = rod.shank
-    material = rod.materials[part_at(rod.mesh.whole, least.x)]
+    (stations, least), material = rod.shank, shank_material(rod)
     elastic = material.youngs_modulus, material.yield_strength
     return {plane: column(plane, stations, least, *elastic) for plane in Plane}
 

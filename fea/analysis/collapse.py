@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fea.analysis.buckling import compression
+from fea.analysis.buckling import compression, shank_material
 from fea.analysis.overload_figures import BendingFigures
 from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.bent_column import BentColumn, Fibres, bent_column
@@ -22,8 +22,8 @@ def overload_table(rod: PreparedRod) -> OverloadTable:
 
 
 def bent_columns(rod: PreparedRod, strength: float) -> Mapping[Plane, BentColumn]:
-    """Follow the shank as a bowed column of a yield strength, MPa, in both planes; of one material."""
-    bores, mesh, material = rod.mesh.bores, rod.mesh.whole, rod.materials[0]
+    """Follow the shank as a bowed column of a yield strength, MPa, in both planes, all of its material."""
+    bores, mesh, material = rod.mesh.bores, rod.mesh.whole, shank_material(rod)
     ends = np.linspace(0.0, bores.rod_length, _SECTIONS + 1)
     middle = (ends[1:] + ends[:-1]) / 2
     low, high = bores.between
@@ -38,12 +38,17 @@ def weaker(rod: PreparedRod, strength: float) -> BentColumn:
     return min(bent_columns(rod, strength).values(), key=lambda column: column.limit)
 
 
+def weaker_in_turns(rod: PreparedRod) -> BentColumn:
+    """Return that column in repeated loading, which may soften the material."""
+    return weaker(rod, shank_material(rod).flow_strength)
+
+
 def bending_figures(rod: PreparedRod, cases: Instants) -> BendingFigures | None:
     """Return when the shank bends in repeated loading by the case that presses most; None if none does."""
     worst = cases[int(compression(cases).argmax())]
     if not (force := float(compression(worst))):
         return None
-    return bending(weaker(rod, rod.materials[0].flow_strength), worst.name, force)
+    return bending(weaker_in_turns(rod), worst.name, force)
 
 
 def bending(column: BentColumn, case: str, force: float) -> BendingFigures:

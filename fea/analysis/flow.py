@@ -8,7 +8,7 @@ import numpy as np
 from fea.analysis.bench import bench_cases
 from fea.analysis.collapse import bending_figures, overload_table
 from fea.analysis.cyclic_life import cyclic_life, takes_too_long
-from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.flowing_rod import FlowingRod, FollowedFlow, ready
 from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import between, usage
@@ -18,7 +18,7 @@ from fea.analysis.survival import FATIGUE, LASTING_FLOW, OVER_REV
 from fea.base.checks import Check, check
 from fea.base.choices import SolverName
 from fea.base.material import PEENING
-from fea.base.note import Note, assumptions, doubt, omission, remark
+from fea.base.note import Note, assumption, assumptions, doubt, omission, remark
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
@@ -40,6 +40,8 @@ _HALVINGS = 3
 # Of a cycle, at most so many instants beside the load cases, so far apart, rad: those at which a place with
 # this share of the yield strength is worst.
 _INSTANTS, _APART, _NEAR = 12, 5 * DEG, 0.9
+# Change of contact between the parts of a rod, relative to the largest, up to which it may be held.
+HELD = 0.05
 
 
 def with_flow(
@@ -57,12 +59,13 @@ def with_flow(
         return replace(static, notes=(*static.notes, omission(FLOW, why)))
     material, strength = rod.materials[0], rod.materials[0].yield_strength
     with rod.clock("plastic flow"):
-        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        flowing = ready(rod, *_loads(rod, static, acting), acting[0].counts)
         if flowing.nodal.max() <= strength:
             why = "what yields lies beside places where the exact stress is infinite"
             return replace(static, notes=(*static.notes, omission(FLOW, why)))
         followed = _at_strengths(flowing)
         before, flow = (coarser or {}).get(static.rpm), followed.flow
+        released = followed.contact_change > HELD and followed.settles
         differs = followed.settles and before not in {None, PlasticAnswer.ELASTIC, PlasticAnswer.SHAKES_DOWN}
         # What whole sections carry is balanced better than the peaks that the bar belongs to.
         bar = 0.0 if flow.answer is PlasticAnswer.COLLAPSES else Governing.of(acting).percent
@@ -75,6 +78,8 @@ def with_flow(
                 f"on the mesh before, {before}; {followed.flow.answer} on this one: a finer mesh may decide"
             )
             notes, followed = (*notes, doubt(what, FLOW)), followed.undecided
+        elif released:
+            followed = followed.undecided
         elif followed.settles and before is None:
             notes = (*notes, remark("it settles on this mesh, and was not followed on a coarser one", FLOW))
         plastic = replace(
@@ -104,7 +109,7 @@ def answer_of(rod: PreparedRod, static: SpeedResult) -> PlasticAnswer | None:
     if not (acting := _yielding(static)) or left_out(rod):
         return None
     with rod.clock("plastic flow"):
-        flowing = FlowingRod(rod, *_loads(rod, static, acting), acting[0].counts)
+        flowing = ready(rod, *_loads(rod, static, acting), acting[0].counts)
         yields = flowing.nodal.max() > rod.materials[0].yield_strength
         if yields and flowing.reversing(rod.materials[0].flow_strength) < 1:
             return PlasticAnswer.CYCLIC  # it never ends, which is all that matters here
@@ -147,8 +152,6 @@ def _loads(
         for number, angle in enumerate(angles):
             name = f"{angle / DEG:.0f}°"
             loads[name], at[name] = moved[..., number], angle
-    if len(loads) == 1:  # it comes and goes
-        loads["no load"], at["no load"] = 0 * cases[0].displacement, np.inf
     return {name: loads[name] for name in sorted(loads, key=at.__getitem__)}, worst
 
 
@@ -214,9 +217,9 @@ def _fatigue(rod: PreparedRod, result: SpeedResult, followed: FollowedFlow) -> S
     cases = bench_cases(result.cases) if cycle is None else cases
     if not followed.settles or not cases or (used := usage(rod, cases)) is None:
         return None
-    masked, regions, (mean, amplitude, _) = cases[0].error.masked, rod.regions, between(cases)
+    masked, regions, (mean, amplitude, _) = ~followed.rod.counts, rod.regions, between(cases)
     if cycle is not None:
-        masked, regions = ~cycle.counts, cycle.regions
+        masked, regions = ~(cycle.counts & followed.rod.counts), cycle.regions
         mean, amplitude = cycle.envelope.mean, cycle.envelope.amplitude
     (shift, flowed), names = followed.mean_shift, list(followed.rod.loads)
     others = result.cases.keys() - {case.load.name for case in cases}
@@ -254,6 +257,7 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
             *((f"{strength} ({key})",) if material.cyclic_estimated else ()),
         ),
     )
+    yield from held_contact(followed, FLOW)
     if followed.flow.answer is PlasticAnswer.UNDECIDED:
         yield doubt(f"what flows did not settle within {followed.flow.turns} turns", FLOW)
     if takes_too_long(followed):
@@ -261,12 +265,23 @@ def _notes(rod: PreparedRod, followed: FollowedFlow) -> Iterator[Note]:
         yield omission("range of strain of what flows to and fro", why)
 
 
+def held_contact(followed: FollowedFlow, topic: str) -> Iterator[Note]:
+    """Yield what flow would do to the contact between parts, which is that of the elastic rod."""
+    if followed.rod.rod.assembly_contact is not None:
+        change = f"would change the largest pressure or bolt force by {100 * followed.contact_change:.2g} %"
+        yield assumption(
+            f"contact between the parts as in the elastic rod; flow {change} if all stuck", topic
+        )
+        if followed.contact_change > HELD:
+            yield doubt(f"what flows {change}, too much to be left out", topic)
+
+
 def left_out(rod: PreparedRod) -> str:
     """Why the flow of a rod is not followed, as a rule; empty where it can be."""
     reasons = {
         "not asked for (elastic)": rod.options.elastic,
-        "not followed in rods of separate parts, whose contact it would change": rod.assembling is not None
-        or len(rod.materials) > 1,
+        "not followed in rods of separate parts without contact between them": len(rod.materials) > 1
+        and rod.assembly_contact is None,
         "not followed in mixed elements": bool(rod.structure.soft),
         "first-order elements are too stiff for flow, which keeps the volume": rod.mesh.cell.order == 1,
         "it needs a direct solver": rod.model.solver == SolverName.AMG,

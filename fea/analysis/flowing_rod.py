@@ -16,6 +16,7 @@ from fea.solid.assembly import mean_at_nodes
 from fea.solid.parity import Parity
 from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Ints, Mask
+from loads.instants import Instants
 
 # Elements whose elastic stress reaches this share of the yield strength may flow, as others flow beside them.
 _NEAR = 0.85
@@ -31,6 +32,8 @@ class FlowingRod:
     loads: Mapping[str, Floats]  #: displacement (n_nodes, 3) of the whole rod, mm, in the order they act
     worst: Floats  #: (n_nodes,) largest elastic von Mises stress of any load, MPa
     counts: Mask  #: (n_nodes,) nodes away from singular places, whose elements alone may flow
+    #: Displacement (n_nodes, 3) under bolts and fits alone, mm, which stays at any multiple; None without
+    rest: Floats | None = None
 
     @cached_property
     def nodes(self) -> Ints:
@@ -47,8 +50,16 @@ class FlowingRod:
     @cached_property
     def displacements(self) -> list[Floats]:
         """Displacement (n_halves, n_cell, 3) of each load, mm, the second half mirrored to the cell."""
+        return [self._on_halves(displacement) for displacement in self.loads.values()]
+
+    def _on_halves(self, displacement: Floats) -> Floats:
         signs = np.array([[[1.0, 1.0, 1.0]], [[1.0, -1.0, 1.0]]])[: len(self.nodes)]
-        return [displacement[self.nodes] * signs for displacement in self.loads.values()]
+        return np.asarray(displacement[self.nodes] * signs)
+
+    def _times(self, multiple: float) -> list[Floats]:
+        """A multiple of the loads, (n_halves, n_cell, 3) each; what bolts and fits do stays."""
+        rest = 0.0 if self.rest is None else self._on_halves(self.rest)
+        return [rest + multiple * (u - rest) for u in self.displacements]
 
     @cached_property
     def _counts(self) -> Mask:
@@ -66,7 +77,7 @@ class FlowingRod:
         """Some elements (n_halves, n_elements); with a strength of 1, usage is stress."""
         half, element = np.nonzero(elements)
         strengths = np.full(len(element), strength)
-        return Zone.of(self.rod.mesh.cell, self.rod.materials[0], half, element, strengths)
+        return Zone.of(self.rod.mesh.cell, self.rod.material, half, element, strengths)
 
     @cached_property
     def _elastic(self) -> tuple[float, float]:
@@ -98,15 +109,17 @@ class FlowingRod:
         They are raised by `surface`. Whole sections that give way do not depend on that: a collapse counts if
         it follows without, too; if the rod settles then, what happens is not known.
         """
-        found = self.followed(strength, multiple * self.surface, most_turns)
+        found = self.followed(strength, multiple, most_turns, self.surface)
         if found.flow.answer is not PlasticAnswer.COLLAPSES:
             return found
         bare = self.followed(strength, multiple, most_turns)
         return bare.undecided if bare.settles else bare
 
-    def followed(self, strength: float, scale: float, most_turns: int) -> "FollowedFlow":
-        """Do so with the loads as they are, times a scale."""
-        loads = [scale * u for u in self.displacements]
+    def followed(
+        self, strength: float, multiple: float, most_turns: int, raised: float = 1.0
+    ) -> "FollowedFlow":
+        """Do so with the loads multiplied; `raised`: with what bolts and fits do."""
+        loads, scale = [raised * u for u in self._times(multiple)], raised * multiple
         may_flow = self.nodal >= min(_NEAR * strength / scale, float(self.nodal.max()))
         parities = tuple(Parity) if len(may_flow) > 1 else (Parity.SYMMETRIC,)
         solvers = {parity: self.rod.model.restrained(parity) for parity in parities}
@@ -118,12 +131,22 @@ class FlowingRod:
             state = flow.state
             # Of what has flowed, and not of the forces that balance it within a tolerance: small sets count.
             forces = zone.initial_forces(zone.strain(state.moved)[1], state.plastic, body.halves)
-            moved = body.everywhere(forces)
+            share, moved = self._refitted(body.everywhere(forces))
             missed = self._beyond(strength, [u + moved for u in loads]) & ~may_flow
             if flow.answer is PlasticAnswer.COLLAPSES or not missed.any():
-                return FollowedFlow(self, zone, flow, moved)
+                return FollowedFlow(self, zone, flow, moved, share)
             may_flow |= missed
-        return FollowedFlow(self, zone, flow, moved).undecided
+        return FollowedFlow(self, zone, flow, moved, share).undecided
+
+    def _refitted(self, moved: Floats) -> tuple[float, Floats]:
+        """Bring parts that have flowed together again; by how much their contact changes, relative to it."""
+        if (pins := self.rod.assembly_contact) is None:
+            return 0.0, moved
+        own, image = moved[0], moved[-1]
+        even, odd = ((own + side * image).ravel() / 2 for side in (1, -1))
+        share, motion = pins.assembly.assembled.refitted(even, odd)
+        parts = [motion.get(parity, 0.0) for parity in (Parity.SYMMETRIC, Parity.ANTISYMMETRIC)]
+        return share, moved + np.stack([parts[0] + parts[1], parts[0] - parts[1]])[: len(moved)]
 
     @cached_property
     def every(self) -> Zone:
@@ -139,6 +162,35 @@ class FlowingRod:
         return np.asarray((np.max(stress, axis=0) > (1 + YIELD_TOLERANCE) * strength) & self._counts)
 
 
+def ready(rod: PreparedRod, loads: Mapping[str, Floats], worst: Floats, counts: Mask) -> FlowingRod:
+    """Make loads ready to be followed: see `FlowingRod`. A single load comes and goes.
+
+    `loads`: displacements with thermal expansion. Of a rod in parts only those of its own material flow.
+    """
+    rest: Floats | None = None
+    if rod.assembly_contact is not None:
+        solved = rod.equilibrium(rod.pins.resting)
+        rest = rod.fields.displacement(solved.solution)[..., 0]
+        growth = rod.fields.displaced(solved)[..., 0] - rest
+        loads = {name: u - growth for name, u in loads.items()}
+        flows = [material == rod.materials[0] for material in rod.materials]
+        part = rod.mesh.whole.part
+        counts, stiff = counts.copy(), [] if part is None else rod.mesh.whole.tets[~np.array(flows)[part]]
+        counts[np.unique(stiff).astype(int)] = False
+    if len(loads) == 1:
+        loads = {**loads, "no load": np.zeros((len(worst), 3)) if rest is None else rest}
+    return FlowingRod(rod, loads, worst, counts, rest)
+
+
+def flowing_under(rod: PreparedRod, instants: Instants) -> FlowingRod:
+    """Solve instants that follow one another: see `ready`. Errors as of `PreparedRod.equilibrium`."""
+    loads, worst, masked = dict[str, Floats](), np.zeros(1), np.zeros(1, dtype=bool)
+    for instant, (fields, stresses) in zip(instants, rod.fields(rod.equilibrium(instants)), strict=True):
+        loads[instant.name], masked = fields.displacement, fields.error.masked
+        worst = np.maximum(worst, np.nanmax([von_mises(each) for each in stresses], axis=0))
+    return ready(rod, loads, worst, masked if masked.all() else ~masked)
+
+
 @dataclass(frozen=True)
 class FollowedFlow:
     """What the rod did at a multiple of its loads."""
@@ -147,6 +199,7 @@ class FollowedFlow:
     zone: Zone
     flow: Flow
     moved: Floats  #: (n_halves, n_cell, 3) displacement that is left without load, mm
+    contact_change: float = 0.0  #: of the largest pressure and bolt force between parts, if they stick
 
     @property
     def settles(self) -> bool:

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.collapse import bending, overload_table, weaker
-from fea.analysis.flow import flow_checks, left_out
-from fea.analysis.flowing_rod import FlowingRod, FollowedFlow
+from fea.analysis.flow import flow_checks, held_contact, left_out
+from fea.analysis.flowing_rod import FlowingRod, FollowedFlow, flowing_under
 from fea.analysis.overload_figures import BendingFigures, OverloadFigures
 from fea.analysis.permanent_set import judged, permanent_set
 from fea.analysis.prepared_rod import PreparedRod
@@ -25,8 +25,7 @@ from fea.judge.safety_factor import SafetyFactor
 from fea.plastic.cycling import PlasticAnswer
 from fea.rod.overload import Overload
 from fea.rod.places import place_name
-from fea.solid.stress import von_mises
-from geometry.arrays import vector
+from geometry.arrays import Floats, vector
 from loads.hydrolock import BULK
 from loads.instants import given
 
@@ -44,8 +43,8 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     with rod.clock("plastic flow"):
         column = weaker(rod, strength)
         most = column.limit if overload.liquid else min(overload.force, column.limit)
-        flowing = _loaded(rod, most)
-        flexibility = -permanent_set(mesh, length, flowing.loads[OVERLOAD])["length"] * UM / most
+        flowing = flowing_under(rod, given(-most).named(OVERLOAD)[None])  # at rest
+        flexibility = -permanent_set(mesh, length, _alone(flowing))["length"] * UM / most
         force = overload.on_elastic_rod(flexibility)
         bends = force > column.limit
         borne = _BELOW * column.limit if bends else force
@@ -57,19 +56,20 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     return replace(
         static,
         checks={**static.checks, **flow_checks(followed.flow, static.checks)},
-        notes=(*static.notes, *_notes(rod, overload, column, bends=bends)),
+        notes=(
+            *static.notes,
+            *_notes(rod, overload, column, bends=bends),
+            *held_contact(followed, OVERLOAD),
+        ),
         overload=found,
         flows={**static.flows, OVERLOAD: followed},
     )
 
 
-def _loaded(rod: PreparedRod, force: float) -> FlowingRod:
-    """The rod at rest under a force, N, that presses on both ends, and without it."""
-    solved = rod.equilibrium(given(-force).named(OVERLOAD)[None])
-    ((fields, stresses),) = rod.fields(solved)
-    u, masked = fields.displacement, fields.error.masked
-    counts = ~masked if not masked.all() else masked
-    return FlowingRod(rod, {OVERLOAD: u, "no load": 0 * u}, von_mises(stresses[0]), counts)
+def _alone(flowing: FlowingRod) -> Floats:
+    """Displacement (n_nodes, 3), mm, that the overload adds to that of bolts and fits."""
+    moved = flowing.loads[OVERLOAD]
+    return moved if flowing.rest is None else moved - flowing.rest
 
 
 def _bent(

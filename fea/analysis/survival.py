@@ -19,6 +19,7 @@ _AIM = 0.9
 _SLIDING = 1e-3
 _FAILS: Mapping[str, str] = shipped_toml("base/failures.toml")["run"]
 FATIGUE, LASTING_FLOW, OVERLOAD, SET = "fatigue", "lasting flow", "overload", "permanent set"
+COLLAPSE = "collapse"  # of the shank, which is bowed from the beginning
 # What is left for good, in words, by the names of `fea.analysis.permanent_set`.
 SET_WORDS = {
     "length": "distance of the bores",
@@ -64,6 +65,8 @@ def factors(
         found += [] if plastic else [envelope.min_safety_factor.against("yielding")]
         if envelope.min_fatigue_safety_factor is not None:
             found.append(envelope.min_fatigue_safety_factor.against(FATIGUE))
+    if plastic is not None and plastic.collapse_factor is not None:
+        found.append(SafetyFactor(plastic.collapse_factor, mode=COLLAPSE))
     if plastic is not None and plastic.fatigue is not None:
         found.append(plastic.fatigue.safety_factor)
     found += [*_left_behind(plastic, overload), *flaw_factors(defect)]
@@ -178,7 +181,7 @@ def survival(
 
 def _no_reserve(governing: SafetyFactor, least: float) -> str:
     """Return the ordinary scatter that the factor does not cover, in words; empty where it covers that."""
-    by_gas = governing.instant in _PRESSED or governing.mode == "buckling"
+    by_gas = governing.instant in _PRESSED or governing.mode in {"buckling", COLLAPSE}
     needed = SINGLE_CYCLE if by_gas else OVER_REV**2
     if governing.low >= needed * least:
         return ""

@@ -202,6 +202,7 @@ def limits(
     min_rpm: float | str | None = None,
     min_boost: float | str | None = None,
     duty: bool = False,
+    permanent_set: bool = False,
     out: Path | None = None,
     threads: Threads = None,
     printing: Printing = USUAL,
@@ -218,6 +219,9 @@ def limits(
         exit code 6.
     duty
         Compute the hours of life of a rod of separate parts, too, as with [duty] in the study.
+    permanent_set
+        Follow plastic flow to the loads that leave the rod deformed beyond its limits, as with [overload] in
+        the study; takes minutes.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
@@ -233,7 +237,9 @@ def limits(
 
     folder = Path("results") / f"{loaded.name}-limits" if out is None else out
     with shown_in(loaded.output.units), stages(silent=printing.silent) as listener:
-        figures = find_limits(loaded, folder, listener, at_rpm=least_rpm, duty=duty)
+        figures = find_limits(
+            loaded, folder, listener, at_rpm=least_rpm, duty=duty, permanent_set=permanent_set
+        )
     reached = figures.reaches(least_rpm, least_boost)
     printing.show(figures, lambda: _print_limits(figures, folder, reached=reached), loaded)
     if not figures.trusted:
@@ -242,13 +248,15 @@ def limits(
 
 
 def _print_limits(figures: "LimitsFigures", folder: Path, *, reached: bool) -> None:
-    from fea.apps.limits.figures import TABLE_HEAD
-
     short = "It does not reach what --min-rpm and --min-boost ask for, less the error bar: exit code 6."
     lines = [figures.text, *([] if reached else [short]), ""]
     if figures.table:
-        rows = (map(in_heading, TABLE_HEAD), *in_rows(TABLE_HEAD, figures.table))
-        lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in rows]
+        head = figures.table_head
+        rows = (map(in_heading, head), *in_rows(head, figures.table))
+        lines += [
+            f"{rpm:>6}  {safe:<24} {mode:<15} {'  '.join(f'{each:<16}' for each in plastic)}".rstrip()
+            for rpm, safe, mode, *plastic in rows
+        ]
         lines += [""]
     lines += [str(note) for note in figures.notes[:6]]
     lines += [f"Written to {near(folder)} ({len(figures.files)} files): {', '.join(figures.files)}."]

@@ -252,6 +252,24 @@ class Assembled:
         pin_held = np.zeros((len(condensed.free[1]), gap.shape[1]))
         return values, condensed.motions(moved, none, resultants, pin_held)
 
+    def refitted(self, even: Floats, odd: Floats) -> tuple[float, dict[Parity, Floats]]:
+        """What a small displacement of the parts, each by itself, does to faces and bolts if all sticks.
+
+        Its parts (3 n_nodes,) on the cell are even and odd about y = 0, mm. Returns the largest change of a
+        pressure or bolt force over the largest one at the start, and the motion (n_nodes, 3) of the parts as
+        rigid bodies per parity, mm, by which they fit again.
+        """
+        problem, normal, bolts = self.problem, self.vertices.normal, self.bolts
+        gap = problem.gaps(problem.forces.T @ even, problem.forces.T @ odd)
+        values, amounts = self.sticking(gap[:, None], np.zeros((self._P.shape[1], 1)))
+        changed = [
+            float(
+                np.abs(values[which]).max(initial=0.0) / np.abs(self.start.values[which]).max(initial=1e-12)
+            )
+            for which in (normal, bolts)
+        ]
+        return max(changed), self._moved_by(amounts[:, 0])
+
     def opened(self, state: ContactState) -> Ints:
         """Which of `interface` (o,) have no stress where a state is open."""
         places = self.system.places
@@ -287,9 +305,12 @@ class Assembled:
 
     def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
+        return self._moved_by(self.system.part_motion(state))
+
+    def _moved_by(self, amounts: Floats) -> dict[Parity, Floats]:
         shape = self.problem.mesh.points.shape
         moved = {parity: np.zeros(shape) for parity in self.problem.unfolding.parities()}
-        for amount, (parity, motion) in zip(self.system.part_motion(state), self.motions, strict=True):
+        for amount, (parity, motion) in zip(amounts, self.motions, strict=True):
             moved[parity] += amount * motion.reshape(shape)
         return moved
 

@@ -87,7 +87,7 @@ def permanent_set(left: Mapping[str, float], judged: SetFigures | None) -> str:
     parts += [f"twisted by {number(left['twist_deg'], '.2g')}°"] if left["twist_deg"] >= _LEAST_DEG else []
     if judged is None:
         return ", ".join(parts)
-    beyond = [f"{SET_WORDS[name]} ({_limit(name, judged.limits[name])})" for name in judged.exceeded]
+    beyond = [f"{SET_WORDS[name]} ({set_limit(name, judged.limits[name])})" for name in judged.exceeded]
     end = f"; beyond the limit: {', '.join(beyond)}" if beyond else ", within the limits"
     return ", ".join(parts) + end
 
@@ -98,7 +98,8 @@ def _um(value: float) -> str:
     return quantity(value, ".2g" if value < 100 else ".0f", "µm")
 
 
-def _limit(name: str, value: float) -> str:
+def set_limit(name: str, value: float) -> str:
+    """Return the limit of a permanent set, µm or degrees."""
     return f"{number(value, '.3g')}°" if name == "twist_deg" else quantity(value, ".3g", "µm")
 
 

@@ -19,6 +19,7 @@ import fea
 from fea.analysis.assembling import AssemblySetup
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
+from fea.analysis.collapse import weaker
 from fea.analysis.cycle.candidates import RowHistories
 from fea.analysis.cycle.figures import life_figures
 from fea.analysis.pipeline import refined_rod, solve_speed, with_cycle
@@ -30,6 +31,7 @@ from fea.apps.limits.figures import LargestValue, figures_of
 from fea.apps.limits.flawed import with_flaw
 from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.apps.limits.set_line import with_set
 from fea.base.choices import Fatigue, Symmetry
 from fea.base.material import Material
 from fea.base.units import BAR
@@ -262,6 +264,43 @@ def test_a_column_buckles_at_its_critical_load(folder):
     gas = (peak - 1.01325) * BAR * engine.piston_area
     assert inertia / 1e3 < 0.05 * gas
     assert gas - inertia / 1e3 == pytest.approx(critical, rel=1e-2)
+
+
+def test_the_bowed_shank_bends_at_its_limit(folder):
+    """At idling speed the force is the column's limit, between Perry's and the squash load."""
+    rod = fea.prepare(Flags(material=STEEL, **COARSE).applied(load_study("leon-2001")))
+    column = weaker(rod, rod.materials[0].flow_strength)
+    rows = list(csv.DictReader((folder / "limits.csv").read_text().splitlines()))
+    last = [each for each in rows if each["mode"] == "collapse"][-1]
+    cycle = ScaledEngine(rod.engine, rod.mass).cycle(float(last["rpm"]), float(last["gas_scale"]))
+    force = -min(float(end.min()) for end in (cycle.degrees.pin_axial, cycle.degrees.crank_axial))
+    assert force == pytest.approx(column.limit, rel=5e-3)  # to which factors are found
+    assert column.perry <= column.limit <= min(column.euler, column.squash)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["table_head"][-1] == "collapse at, bar"
+    assert "Yielding left aside, the shank, which is not quite straight, bends from about" in summary["text"]
+    assert "collapse at, psi" in (folder / "report.html").read_text()
+
+
+def test_a_set_beyond_its_limits_begins_where_the_least_section_is_squashed():
+    """Without hardening a set grows from microns to no end at σ A; 6 % for halvings, fillets and yield
+
+    The limit of 40 µm is 0.03 % of the length. Twice the required factor halves the load.
+    """
+    rod = fea.prepare(Flags(material=STEEL, **COARSE).applied(load_study("leon-2001")))
+    engine = ScaledEngine(rod.engine, rod.mass)
+    result = solve_speed(rod, engine.idle)
+    yields = 1 / max(case.worst.value for case in result.cases.values())
+    axes = RayAxes(engine.idle, yields)
+    angle = math.atan(yields)  # of the point at this speed with the study's gas load
+    before = LimitMap(axes, np.array([angle]), {FailureMode.YIELD: np.array([1 / math.sin(angle)])}, {})
+    once, twice = (with_set(rod, engine, before, required, lambda _stage: None) for required in (1.0, 2.0))
+    [limit] = once.limits[FailureMode.SET]
+    assert twice.loads[FailureMode.SET] == pytest.approx(once.loads[FailureMode.SET] / 2)
+    squash = rod.materials[0].flow_strength * rod.shank[1].area
+    pushed = -engine.cycle(limit.rpm, limit.scale).degrees.pin_axial.min()
+    assert limit.worst.what
+    assert pushed == pytest.approx(squash, rel=0.06)
 
 
 class Springs(RodFactors):

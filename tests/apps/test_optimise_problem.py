@@ -8,12 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fea.analysis.collapse import weaker_in_turns
 from fea.analysis.defects import with_defects
+from fea.analysis.overload import with_overload
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.apps.optimise.problem import DesignConstraint, constraints, required, variables
 from fea.apps.optimise.run_optimise import search_study
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import MeshTable, OptimiseTable, parse_free
+from fea.study.overload_table import OverloadTable
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 from geometry.section import walls
@@ -124,6 +127,28 @@ def test_what_a_search_cannot_do_is_refused():
     assert search_study(LEON).analysis.tolerance_percent == 2.0
     with pytest.raises(InvalidValue, match=r"has a place, which cannot stay where it is.*Leave out @x,y,z"):
         search_study(LEON.with_(defect={"size": "0.2x3@70,6,0"}))
+
+
+def test_the_bowed_shank_and_what_an_overload_leaves_are_constraints():
+    """Collapse by the buckling factor, without a bar; set and overload once they have been followed."""
+    study = replace(
+        LEON,
+        mesh=MeshTable(size_mm=14.0),
+        analysis=replace(LEON.analysis, pressure="cosine-180"),
+        overload=OverloadTable(force_N=60e3),  # more than yield strength times least area
+    )
+    rod = prepare(study)
+    solved = solve_speed(rod, 6000.0)
+    asked = {"yielding": 1.0, "buckling": 1.3}
+    found = {one.name: one for one in constraints(rod, [solved], asked)}
+    pushed = -min(solved.loads.cases.pin_axial.min(), solved.loads.cases.crank_axial.min())
+    assert found["collapse"].factor * pushed == pytest.approx(weaker_in_turns(rod).limit)
+    assert (found["collapse"].required, found["collapse"].error_percent) == (1.3, 0.0)
+    assert "overload" not in found
+    overloaded = with_overload(rod, solved)
+    after = {one.name: one for one in constraints(rod, [overloaded], asked)}
+    assert after["overload"].margin < 0
+    assert after["overload"].factor == pytest.approx(float(overloaded.overload.safety_factor))
 
 
 def test_hours_stand_in_place_of_the_factor_against_fatigue():

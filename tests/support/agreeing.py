@@ -126,6 +126,8 @@ def every_factor(summary: dict, *, elastic: bool = False) -> list[SafetyFactor]:
     """Every factor of `summary.json` that decides, with its interval; `elastic`: first yield in any case."""
     flow = None if elastic else summary.get("plastic")
     found = [] if flow is None else _known(flow, "settling_factor", FLOWS[flow["state"]])
+    if (bends := flow and flow.get("collapse_factor")) is not None:
+        found.append(SafetyFactor(bends, mode="collapse"))
     found += [
         one
         for case, result in summary["results"].items()
@@ -224,7 +226,7 @@ def _exit_code(summary: dict, code: int, min_safety: float | None) -> list[str]:
 
 def _studio(summary: dict, study: Study) -> list[str]:
     shown, verdict = fresh(study).figures, summary["survival"]
-    if verdict["mode"] in FLOWS.values():  # the studio ends at first yield
+    if verdict["mode"] in {*FLOWS.values(), "collapse"}:  # the studio ends at first yield
         return []
     known = getattr(shown, shown.governs).factor
     mode = "bolts" if verdict["mode"] in BOLTS else verdict["mode"]
@@ -240,7 +242,7 @@ def _studio(summary: dict, study: Study) -> list[str]:
 def _limits(summary: dict, study: Study) -> list[str]:
     verdict, found = summary["survival"], limits(study)
     least = min(every_factor(summary, elastic=True)) / verdict["required_safety_factor"]
-    if found.largest_rpm is None or abs(least - 1) < NEAR:
+    if found.largest_rpm is None or found.largest_rpm.mode == "collapse" or abs(least - 1) < NEAR:
         return []
     inside = (found.largest_rpm.safe_from or 0.0) <= summary["rpm"] <= found.largest_rpm.value
     if inside != (least > 1):

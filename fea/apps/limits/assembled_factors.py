@@ -137,7 +137,7 @@ class AssembledFactors(RodFactors):
         return self._history_ratio
 
     def _without_history(self, cycle: CrankCycle) -> dict[FailureMode, ModeFactor]:
-        return self._factors(*self._at_decisive(cycle)) | {FailureMode.BUCKLING: self.buckling(cycle)}
+        return self._factors(*self._at_decisive(cycle)) | self.by_force(cycle)
 
     def _at_decisive(self, cycle: CrankCycle) -> tuple[_SolvedInstants, Floats]:
         peaks = cycle.peaks.cases
@@ -164,7 +164,7 @@ class AssembledFactors(RodFactors):
             self.unsettled += 1
             return self.estimate(cycle)
         found = worst_of_histories(rows_of_parts, angles) | self._of_assembly(states, angles)
-        found[FailureMode.BUCKLING] = self.buckling(cycle)
+        found |= self.by_force(cycle)
         self._followed = cycle, found
         return found
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from fea.apps.limits.explore import RodLimits
-from fea.apps.limits.factors import ONSETS, FailureMode
-from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
+from fea.apps.limits.factors import ONSETS, PLASTIC, FailureMode
+from fea.apps.limits.figures import LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
 from fea.judge.cycle_life import LONGEST
@@ -26,6 +26,8 @@ from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK
 
 _COLUMNS, _LINES = 160, 140  # of the map
+# What lies further out than so many times the limits of elastic stress is left out.
+_SHOWN = 1.3
 # Larger factors are written as this one: such a mode does not limit the rod.
 _MOST = 20.0
 # The page holds one in so many columns and rows of the map, and interpolates between them.
@@ -42,8 +44,11 @@ class DrawnMap:
     def __init__(self, found: RodLimits, figures: LimitsFigures, speeds: Sequence[float]) -> None:
         self._found, self._figures, self._speeds = found, figures, speeds
         engine, of_rays = found.engine, found.of_rays
-        rpm = max([*(limit.rpm for limit in of_rays.points), *speeds])
-        peak = max([*(limit.peak for limit in of_rays.points), *(engine.peak(each) for each in speeds)])
+        elastic = [limit for limit in of_rays.points if limit.mode not in PLASTIC]
+        rpm = max([*(limit.rpm for limit in elastic), *speeds])
+        peak = max([*(limit.peak for limit in elastic), *(engine.peak(each) for each in speeds)])
+        near = [limit for limit in of_rays.points if limit.rpm < _SHOWN * rpm and limit.peak < _SHOWN * peak]
+        rpm, peak = max([rpm, *(limit.rpm for limit in near)]), max([peak, *(limit.peak for limit in near)])
         self.rpm = np.linspace(0.0, 1.08 * rpm, _COLUMNS)[1:]
         peaks = np.linspace(0.0, min(1.15 * peak, LARGEST_PEAK), _LINES)
         self.peak = peaks / BAR
@@ -191,8 +196,8 @@ class DrawnMap:
             title=self._title,
             rpm=run.summary.rpm,
             text=self._figures.text,
-            head=[in_heading(each) for each in TABLE_HEAD],
-            table=list(in_rows(TABLE_HEAD, self._figures.table)),
+            head=[in_heading(each) for each in self._figures.table_head],
+            table=list(in_rows(self._figures.table_head, self._figures.table)),
             notes=[str(note) for note in (*self._figures.notes, *self._figures.left_out)],
             load=self._load,
             picture=base64.b64encode(picture).decode(),

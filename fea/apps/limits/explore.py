@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fea.analysis.flow import left_out
 from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.prepared_rod import PreparedRod
@@ -26,6 +27,7 @@ from fea.apps.limits.limit_map import (
     with_film,
 )
 from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.apps.limits.set_line import with_set
 from fea.rod.places import place_name
 from fea.solid.errors import ContactError
 from fea.study.pin_models import FILM
@@ -73,10 +75,12 @@ class RodLimits:
     #: by the speeds of the study, rpm, at its load
     lives: Mapping[float, CycleLifeFigures] = field(default_factory=dict)
     no_life_because: str = ""  #: why no life is known although it was asked for
+    no_set_because: str = ""  #: likewise the line of the permanent set
 
     def place(self, limit: LimitPoint) -> str:
-        """Return where a limit is, in words; empty where its mode has no place."""
-        return "" if limit.worst.at is None else place_name(self.rod.mesh, self._node(limit.worst.at))
+        """Return where a limit is, or what of a set exceeds its own, in words; empty where there is none."""
+        at = limit.worst.at
+        return limit.worst.what if at is None else place_name(self.rod.mesh, self._node(at))
 
     def bar_percent(self, limit: LimitPoint) -> float | None:
         """Error bar of the stress at a limit by the solved cases; None where stress does not decide."""
@@ -117,12 +121,13 @@ def explore(
     *,
     mapped: bool = True,
     lives_at: Sequence[float] = (),
+    permanent_set: bool = False,
 ) -> RodLimits:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
     `answered` is called with the limits before the map is made; they are estimates for a rod of separate
-    parts. `mapped`: whether the map is made. `lives_at`: speeds, rpm, at which life is found too, as all over
-    the map.
+    parts. `mapped`: whether the map is made; with it, `lives_at`: speeds, rpm, at which life is found too, as
+    all over the map; `permanent_set`: whether the line is found from which the rod is left deformed.
     """
     rod, engine = adapted.rod, ScaledEngine(adapted.rod.engine, adapted.rod.mass)
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
@@ -164,7 +169,11 @@ def explore(
     if not mapped:
         return last
     if rod.study.analysis.film and of_rays.limits:
-        last = replace(last, of_rays=with_film(rod, engine, of_rays, show))
+        of_rays = with_film(rod, engine, of_rays, show)
+    why = left_out(rod)
+    if permanent_set and not why:
+        of_rays = with_set(rod, engine, of_rays, required, show)
+    last = replace(last, of_rays=of_rays, no_set_because=why if permanent_set else "")
     if not lives_at:
         return last
     show("life")

@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from fea.analysis.buckling import columns, compression
+from fea.analysis.collapse import weaker_in_turns
 from fea.analysis.cycle.candidates import Candidates, RowHistories
 from fea.analysis.cycle.operation import gas_along_rod, gas_cases
 from fea.analysis.cycle.superposition import CycleAnalysis
@@ -37,6 +38,8 @@ class FailureMode(StrEnum):
     YIELD = "yield"
     FATIGUE = "fatigue"
     BUCKLING = "buckling"
+    COLLAPSE = "collapse"
+    SET = "permanent set"
     BOLT_YIELD = "bolt yield"
     BOLT_FATIGUE = "bolt fatigue"
     OPENING = "joint opening"
@@ -50,6 +53,9 @@ class FailureMode(StrEnum):
 # Modes that do not end the rod, whose onset is reported: parts lift off their seats at an edge first,
 # surfaces in contact wear, and a bushing or a shell that yields settles in its bore.
 ONSETS = frozenset({FailureMode.BUSHING, FailureMode.SHELLS, FailureMode.FILM, FailureMode.LINING})
+# Modes that the force along the shank decides, and modes that need not begin while all else is elastic.
+BY_FORCE = (FailureMode.BUCKLING, FailureMode.COLLAPSE)
+PLASTIC = (FailureMode.COLLAPSE, FailureMode.SET)
 # Modes that stress decides, in the order of utilisations (3, n).
 STRESSED = (FailureMode.YIELD, FailureMode.FATIGUE, FailureMode.LINING)
 
@@ -61,6 +67,7 @@ class ModeFactor:
     factor: float
     at: tuple[float, float, float] | None = None  #: mm; None where the mode has no place
     crank_angle: float | None = None  #: rad
+    what: str = ""  #: exceeds its limit, of a permanent set
 
 
 Factors = Mapping[FailureMode, ModeFactor]
@@ -93,7 +100,8 @@ class RodFactors(ABC):
     unsettled: int = 0  #: number of evaluations that are estimates, because friction did not settle
 
     def __init__(self, rod: PreparedRod) -> None:
-        self._column = min(formulas.least for formulas in columns(rod).values())
+        buckles = min(formulas.least for formulas in columns(rod).values())
+        self._bears = dict(zip(BY_FORCE, (buckles, weaker_in_turns(rod).limit), strict=True))  # N
         self._criterion, self._materials = rod.options.fatigue, rod.materials
         self._scatter = scatter_of(rod.study.scatter, rod.engine, self._criterion).cycle_pressure
 
@@ -198,12 +206,12 @@ class RodFactors(ABC):
         known = criterion_strength(self._criterion, material) is not None
         return life_line(material, surface) if known else None
 
-    def buckling(self, cycle: CrankCycle) -> ModeFactor:
-        """Return the factor against buckling, which depends on the forces alone."""
+    def by_force(self, cycle: CrankCycle) -> dict[FailureMode, ModeFactor]:
+        """Return the factors against buckling and collapse, which depend on the forces alone."""
         pushed = compression(cycle.degrees)
         worst = int(pushed.argmax())
-        force = max(float(pushed[worst]), _TINY)
-        return ModeFactor(self._column / force, None, float(cycle.degrees.crank_angle[worst]))
+        force, angle = max(float(pushed[worst]), _TINY), float(cycle.degrees.crank_angle[worst])
+        return {mode: ModeFactor(most / force, None, angle) for mode, most in self._bears.items()}
 
 
 class SuperposedFactors(RodFactors):
@@ -219,7 +227,7 @@ class SuperposedFactors(RodFactors):
         """Evaluate every row, and remember it to choose candidates."""
         largest = self._candidates.survey(cycle)
         found = {mode: ModeFactor(1 / used) for mode, used in zip(STRESSED, largest, strict=True) if used > 0}
-        return found | {FailureMode.BUCKLING: self.buckling(cycle)}
+        return found | self.by_force(cycle)
 
     def certify(self, cycle: CrankCycle, factors: Factors) -> bool:
         """Check that no row is worse than `factors`; any that is becomes a candidate."""
@@ -228,7 +236,7 @@ class SuperposedFactors(RodFactors):
 
     def at(self, cycle: CrankCycle) -> Factors:
         """Return the factors over a cycle, with their places."""
-        return worst_of_histories(*self.histories(cycle)) | {FailureMode.BUCKLING: self.buckling(cycle)}
+        return worst_of_histories(*self.histories(cycle)) | self.by_force(cycle)
 
     def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> StressHistories:  # noqa: ARG002
         """Return the stress of the candidates that are worst: see `RodFactors.histories`."""

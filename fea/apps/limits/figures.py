@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from fea.analysis.figures import Figures
+from fea.analysis.figures import Figures, WhereKnown
 from fea.analysis.life_figures import CycleLifeFigures
 from fea.analysis.pipeline import RefinedRod
 from fea.apps.limits.engine import MECHANICAL_EFFICIENCY
 from fea.apps.limits.explore import LEAST_GAS, RodLimits, SafeLimit
-from fea.apps.limits.factors import ONSETS, FailureMode
+from fea.apps.limits.factors import ONSETS, PLASTIC, FailureMode
 from fea.apps.limits.limit_map import MOST_PEAK, LimitPoint, ending, least_of
 from fea.base.note import Note, assumption, by_consequence, omission, warning
 from fea.base.shipped import shipped_toml
@@ -27,7 +27,7 @@ ENDS: Mapping[str, str] = shipped_toml("base/failures.toml")["limits"]
 # Modes that end it at one crank angle.
 _AT_ONE_ANGLE = ENDS.keys() - {"fatigue", "bolt fatigue"}
 _ROWS = 9  # of the table
-TABLE_HEAD = ("rpm", "safe peak pressure, bar", "ended by")
+_TABLE_HEAD = ("rpm", "safe peak pressure, bar", "ended by")
 
 
 class LimitPointFigures(Figures):
@@ -41,6 +41,7 @@ class LimitPointFigures(Figures):
     interpolated: bool = False  #: between points that were solved
     at_mm: tuple[float, ...] | None  #: None where the mode has no place
     crank_deg: float | None
+    exceeds: WhereKnown[str] = None  #: what of a permanent set exceeds its limit
 
 
 class LargestValue(LimitPointFigures):
@@ -86,8 +87,9 @@ class LimitsFigures(Figures):
     #: By the speeds of the study, rpm, at its load; None: unlimited. Empty where life was not found
     life_hours: Mapping[str, float | None]
     life: Mapping[str, CycleLifeFigures]  #: the same with its range
-    #: (rpm, lowest, highest): peak pressures, bar, that are safe at some speeds, with what ends them
+    #: Peak pressures that are safe at some speeds, what ends them, and where collapse and a set begin
     table: tuple[tuple[str, ...], ...]
+    table_head: tuple[str, ...]
     notes: tuple[Note, ...]
     left_out: tuple[Note, ...]
     files: tuple[str, ...]
@@ -132,6 +134,7 @@ def figures_of(study: Study, found: RodLimits, adapted: RefinedRod, clock: Clock
         life_hours={f"{rpm:g}": life.hours for rpm, life in found.lives.items()},
         life={f"{rpm:g}": life for rpm, life in found.lives.items()},
         table=tuple(_table(found)),
+        table_head=(*_TABLE_HEAD, *(f"{mode.split()[-1]} at, bar" for mode in _plastic(found))),
         notes=notes,
         left_out=left_out,
         files=(),
@@ -157,6 +160,7 @@ def _point_figures(limit: LimitPoint, found: RodLimits) -> LimitPointFigures:
         interpolated=limit.interpolated,
         at_mm=limit.worst.at,
         crank_deg=None if angle is None else angle / DEG,
+        exceeds=limit.worst.what or None,
     )
 
 
@@ -202,6 +206,7 @@ def _sentences(found: RodLimits) -> Iterator[str]:
     if engine.burns:
         yield from _of_pressure(found, pressure)
         yield from _of_linings(found)
+    yield from _beyond_yield(found, load, rpm, factors)
     if closed is not None:
         yield f"With the throttle closed: {closed.printed('rpm')}; there {closed.ending}."
     if found.estimated:
@@ -267,6 +272,46 @@ def _of_linings(found: RodLimits) -> Iterator[str]:
         yield f"At {rpm:.0f} rpm {ENDS[FailureMode.LINING.value]}, {begins}. That does not end the rod."
 
 
+def _plastic(found: RodLimits) -> list[FailureMode]:
+    """Modes that need not begin while all else is elastic, as far as they are known."""
+    return [mode for mode in PLASTIC if mode in found.of_rays.loads]
+
+
+def _begins(factors: Floats, coordinates: Floats) -> float | None:
+    """Return the least coordinate (n,) at which factors are below the required one; None without one."""
+    below = np.flatnonzero(factors < 1)
+    return float(coordinates[below[0]]) if below.size else None
+
+
+def _beyond_yield(
+    found: RodLimits, load: str, rpm: Floats, factors: Mapping[FailureMode, Floats]
+) -> Iterator[str]:
+    """Yield from which speed (n,), rpm, and which pressure on the rod bends, or is deformed for good."""
+    peaks, pressed = _over_pressures(found, found.rpm) if found.engine.burns else (np.zeros(1), {})
+    for mode in _plastic(found):
+        fast, at = _begins(factors[mode], rpm), f"at {found.rpm:.0f} rpm"
+        places = [] if fast is None else [f"from about {_round(fast)} rpm on at {load}"]
+        begins = _begins(pressed[mode], peaks) if pressed else None
+        if begins is not None:
+            on = (
+                f"from about {_round(begins / BAR)} bar peak on"
+                if begins > peaks[0]
+                else "under any pressure"
+            )
+            places.append(f"{on} {at}")
+        if places:
+            line = found.of_rays.limits.get(mode, ())
+            exceeded = dict.fromkeys(limit.worst.what for limit in line if limit is not None)
+            ends = ENDS[mode.value].format(place=", ".join(exceeded))
+            yield f"Yielding left aside, {ends} {' and '.join(places)}."
+    if found.no_set_because:
+        yield f"Its permanent set is not given: {found.no_set_because}."
+
+
+def _round(value: float) -> str:
+    return f"{float(f'{value:.3g}'):.0f}"
+
+
 def _table(found: RodLimits) -> Iterator[tuple[str, ...]]:
     """Yield the range of safe peak pressures at some speeds, with what ends it on either side."""
     if not (found.engine.burns and found.of_rays.limits):
@@ -275,15 +320,17 @@ def _table(found: RodLimits) -> Iterator[tuple[str, ...]]:
     fastest = max(limit.rpm for limit in found.of_rays.points)
     for rpm in np.arange(step, fastest + step, step).tolist():
         peaks, factors = _over_pressures(found, rpm)
+        begins = [_begins(factors[mode], peaks) for mode in _plastic(found)]
+        plastic = ["none" if at is None else f"{at / BAR:.0f}" if at > peaks[0] else "0" for at in begins]
         factors = ending(factors)
         safe = np.flatnonzero(least_of(factors, peaks) > 1)
         if not safe.size:
-            yield f"{rpm:.0f}", "none", min(factors, key=lambda mode: factors[mode].max()).value
+            yield f"{rpm:.0f}", "none", min(factors, key=lambda mode: factors[mode].max()).value, *plastic
             continue
         low = "0" if safe[0] == 0 else f"{peaks[safe[0]] / BAR:.0f}"
         above = min(safe[-1] + 1, len(peaks) - 1)
         mode = min(factors, key=lambda mode: factors[mode][above])
-        yield f"{rpm:.0f}", f"{low} to {peaks[safe[-1]] / BAR:.0f}", mode.value
+        yield f"{rpm:.0f}", f"{low} to {peaks[safe[-1]] / BAR:.0f}", mode.value, *plastic
 
 
 _OTTO = (
@@ -298,6 +345,15 @@ _ASSEMBLED = (
     "lines of the map are those of the decisive instants, interpolated where limits.csv says so; the limits "
     "in words are solved over whole cycles"
 )
+_LINES = {  # that are not those of elastic stress
+    FailureMode.FILM: "its line is where a coarse film is as thin as the surfaces are rough, to a few "
+    "percent (fea run --film gives the error of its grid)",
+    FailureMode.COLLAPSE: "the shank is bowed by a thousandth of its length (or overload.bow_mm) and yields "
+    "without hardening, at the cyclic yield strength if that is smaller",
+    FailureMode.SET: "what four turns of the peak cases leave, without hardening, at the cyclic yield "
+    "strength if that is smaller, under the contact of the elastic rod; its line is found on "
+    "four rays, to 2 %, and straight between them",
+}
 _CLOSED = {
     4: f"{CLOSED_THROTTLE:g} bar absolute in the intake and no combustion",
     2: "the exhaust port still opens to the atmosphere, and there is no combustion",
@@ -320,9 +376,7 @@ def _notes(found: RodLimits) -> Iterator[Note]:
     if found.unsettled:
         text = f"at {found.unsettled} operating points the friction of the joint did not settle"
         yield warning(f"{text}, and the factors are estimates", "map")
-    if FailureMode.FILM in found.of_rays.limits:
-        film = "its line is where a coarse film is as thin as the surfaces are rough, to a few percent"
-        yield assumption(f"{film} (fea run --film gives the error of its grid)", "oil film")
+    yield from (assumption(text, mode.value) for mode, text in _LINES.items() if mode in found.of_rays.loads)
     if found.life is not None:
         line = "an S–N line that is assumed from the strengths" if found.life.assumed else "the mean S–N line"
         kept = f"hours are those of continuous running at one point, by {line}; 1 % more stress "

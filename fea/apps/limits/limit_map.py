@@ -143,7 +143,7 @@ _STARVED = 0.5  # at most, over the roughness, where the supply cannot keep the 
 _LIFE_RAYS, _OF_COSTLY, _USAGE = 5, 3, np.geomspace(0.7, 2.2, 8)
 
 
-def _some(rays: Ints, count: int) -> Ints:
+def few(rays: Ints, count: int) -> Ints:
     """Return so many rays, evenly spaced, the first and the last among them."""
     return np.unique(rays[np.linspace(0, rays.size - 1, count).round().astype(int)])
 
@@ -156,7 +156,7 @@ def with_film(
     if films.lubrication.asperities is None:
         return of_rays
     roughness, angles = films.lubrication.asperities.roughness, of_rays.angles
-    some = _some(np.arange(angles.size), _FILM_RAYS)
+    some = few(np.arange(angles.size), _FILM_RAYS)
     loads, thinnest_at = np.full(some.size, np.inf), dict[Point, float]()
 
     def level(point: Point) -> float:
@@ -230,7 +230,7 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
     if not rays.size or model.endurance is None:
         return None
     still = of_rays.rest.get(FailureMode.FATIGUE, 0.0)
-    some = _some(rays, _OF_COSTLY if model.costly else _LIFE_RAYS)
+    some = few(rays, _OF_COSTLY if model.costly else _LIFE_RAYS)
     logarithms, undamaged = np.full((some.size, _USAGE.size), np.nan), np.zeros(some.size)
     for row, ray in enumerate(some):
         if model.endurance:

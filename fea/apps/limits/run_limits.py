@@ -31,6 +31,7 @@ def limits(
     *,
     at_rpm: float | None = None,
     duty: bool = False,
+    permanent_set: bool = False,
 ) -> LimitsFigures:
     """Find how fast a rod can turn and how much peak pressure it stands.
 
@@ -47,6 +48,9 @@ def limits(
     duty
         Whether hours of life are found also for a rod of separate parts, where they take long; also with
         [duty] in the study.
+    permanent_set
+        Whether the line is found from which the rod is left deformed beyond its limits, which takes minutes;
+        also with [overload] in the study.
 
     Raises
     ------
@@ -74,7 +78,10 @@ def limits(
 
     with clock("limits"):
         lives_at = speeds if asked or study.assembly is None else []
-        found = explore(adapted, speeds[-1], at_rpm, show, answered, lives_at=lives_at)
+        with_set = permanent_set or study.overload is not None
+        found = explore(
+            adapted, speeds[-1], at_rpm, show, answered, lives_at=lives_at, permanent_set=with_set
+        )
         found = found if asked else replace(found, no_life_because="")
         figures = with_flaw(figures_of(study, found, adapted, clock), found, show)
     files = FILES if found.life is None else (*FILES, LIFE)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.apps.limits.engine import ScaledEngine
-from fea.apps.limits.factors import Factors, FailureMode, ModeFactor, RodFactors
+from fea.apps.limits.factors import BY_FORCE, PLASTIC, Factors, FailureMode, ModeFactor, RodFactors
 from fea.apps.limits.limit_map import ELASTIC, LimitMap, LimitPoint, Point, RayAxes, ending
 from fea.base.root import ALMOST, STEPS, WITHIN, Root, leap, root
 from fea.solid.errors import ContactError
@@ -197,11 +197,11 @@ class LimitSearch:
 
     def _interpolated(self, angle: float) -> Iterable[tuple[FailureMode, LimitPoint]]:
         """Limits between the solved points of a ray."""
-        most = ELASTIC * self._limit_load(angle, FailureMode.YIELD)
-        most = min(most, self._axes.furthest(self.engine, angle))
+        furthest = self._axes.furthest(self.engine, angle)
+        most = min(ELASTIC * self._limit_load(angle, FailureMode.YIELD), furthest)
         for mode in FailureMode:
             crossing = self._crossing_on(angle, mode)
-            if crossing is None or not 0 < crossing[0] <= most:
+            if crossing is None or not 0 < crossing[0] <= (furthest if mode in PLASTIC else most):
                 continue
             load, slope = crossing
             solved = {at: factors[mode] for at, factors in self._rays[angle].items() if mode in factors}
@@ -212,12 +212,12 @@ class LimitSearch:
     def _on_ray(self, angle: float) -> dict[FailureMode, LimitPoint]:
         """Find the limits on a ray where factors are cheap."""
         axes, solved = self._axes, dict[float, Factors]()
-        most = axes.furthest(self.engine, angle)
+        most = furthest = axes.furthest(self.engine, angle)
 
         def worst(mode: FailureMode, load: float) -> ModeFactor | None:
             point = axes.point(angle, load)
-            if mode is FailureMode.BUCKLING and load not in solved:
-                return self._model.buckling(self.engine.cycle(*point))
+            if mode in BY_FORCE and load not in solved:
+                return self._model.by_force(self.engine.cycle(*point))[mode]
             solved[load] = self._factors(point, self.engine, certain=self.certain)
             return solved[load].get(mode) if solved[load] else _NO_STATE
 
@@ -226,7 +226,8 @@ class LimitSearch:
         while not (worst(FailureMode.YIELD, start) and solved[start]) and start > _LEAST_LOAD:
             start *= _LESS  # no state of contact carries the load
         for mode in solved[start]:  # yield comes first
-            edge = root(lambda load: self._level(worst(mode, load)), list(solved), -1.0, (0.0, most))  # noqa: B023 - called at once
+            ends = 0.0, furthest if mode in PLASTIC else most
+            edge = root(lambda load: self._level(worst(mode, load)), list(solved), -1.0, ends)  # noqa: B023 - called at once
             if edge is None or edge.left > ALMOST:
                 continue
             if (there := worst(mode, edge.x)) is not None:

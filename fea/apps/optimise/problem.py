@@ -1,6 +1,7 @@
 """The problem of the search: free dimensions of a rod between bounds, and constraints on it.
 
-A constraint is on the stress at a place, on buckling, or on the oil film of the big end.
+A constraint is on the stress at a place, on buckling and collapse, or on the oil film of the big end; of the
+last rod, which is analysed as by `fea run`, also on flow, permanent set and the overload of the study.
 """
 
 import math
@@ -10,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.buckling import buckling_report
+from fea.analysis.collapse import bending_figures
 from fea.analysis.film import FilmResult
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
-from fea.analysis.survival import flaw_factors
+from fea.analysis.survival import COLLAPSE, LASTING_FLOW, OVERLOAD, SET, flaw_factors
 from fea.base.units import UM
 from fea.judge.cycle_life import strength_share
 from fea.judge.fatigue import fatigue_factor
@@ -220,6 +222,7 @@ def constraints(
     every = [film.constraint(required[FILM]) for film in films]
     for result in results:
         every += [*_of_stress(rod, result, required), *_of_buckling(rod, result, required[BUCKLING])]
+        every += _beyond_yield(rod, result, required[BUCKLING])
     names = dict.fromkeys(constraint.name for constraint in every)
     return tuple(
         min((one for one in every if one.name == name), key=lambda one: one.margin) for name in names
@@ -282,6 +285,22 @@ def _places(rod: PreparedRod) -> dict[str, Mask]:
         raise ValueError("only a rod with dimensions has places")
     big, small = x <= shape.big_end_radius, x >= bores.rod_length - shape.small_end_radius
     return {"big end": big, "shank": ~(big | small), "small end": small}
+
+
+def _beyond_yield(rod: PreparedRod, result: SpeedResult, required: float) -> list[DesignConstraint]:
+    """Return collapse of the bowed shank, and where they were followed flow, set and overload."""
+    found, bent = [], bending_figures(rod, result.loads.cases)
+    if bent is not None:
+        found.append(DesignConstraint(COLLAPSE, bent.limit_N / bent.force_N, 0.0, required))
+    if result.overload is not None:
+        found.append(DesignConstraint(OVERLOAD, float(result.overload.safety_factor), 0.0, 1.0))
+    left = [source.set_judged for source in (result.plastic, result.overload) if source is not None]
+    ratios = [each.least_factor for each in left if each is not None and each.least_factor is not None]
+    found += [DesignConstraint(SET, ratio, 0.0, 1.0) for ratio in ratios]
+    if result.plastic is not None:
+        settles = result.plastic.settling_factor
+        found.append(DesignConstraint(LASTING_FLOW, float(settles), settles.percent or 0.0, 1.0))
+    return found
 
 
 def _of_buckling(rod: PreparedRod, result: SpeedResult, required: float) -> list[DesignConstraint]:
