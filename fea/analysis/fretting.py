@@ -70,7 +70,7 @@ class FrettingResult:
     whole: MirroredMesh  #: the whole rod
     counts: Mask  #: (k,) which are away from stress singularities
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
-    power: Floats | None = None  #: (k,) mean over the duty of the study, mW/mm²
+    power: Floats | None = None  #: (k,) mean over the duty of the study, W/mm²
 
     @cached_property
     def across(self) -> Ints:
@@ -116,7 +116,7 @@ class FrettingResult:
             slipping_percent=100 * float(area[mine & self.slips].sum() / area[mine].sum()),
             creep_um=float(rub.creep[mine].max()) / UM,
             energy_mJ=float(rub.energy[mine] @ area[mine]),
-            duty_mW=None if self.power is None else float(self.power[mine] @ area[mine]),
+            duty_W=None if self.power is None else float(self.power[mine] @ area[mine]),
             most_energy_mJ=float(rub.energy[most]),
             most_energy_at_mm=vector(self.vertices.place[most]),
             tension_MPa=float(tension[worst]) if counts else None,
@@ -245,7 +245,7 @@ def fretting(
         whole=rod.mesh.mirrored,
         counts=rod.cycle.counts[vertices.node] & rod.cycle.counts[vertices.mate],
         changes={AS_GIVEN: rubbing} | changes,
-        power=np.sum(an_hour, axis=0) / 3600 if an_hour else None,
+        power=np.sum(an_hour, axis=0) / 3.6e6 if an_hour else None,
     )
     return result, (NOT_RESOLVED, *notes, *_unsettled(result))
 
