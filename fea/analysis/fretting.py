@@ -74,7 +74,7 @@ class FrettingResult:
     changes: Mapping[str, Rubbing] = field(default_factory=dict)  #: what else was solved, in words
     bolt_seats: Mapping[str, BoltSeatFigures] = field(default_factory=dict)  #: of heads and nuts
     proven: float | None = None  #: σ τδ that has served, MPa²·mm
-    power: Floats | None = None  #: (k,) mean over the duty of the study, mW/mm²
+    power: Floats | None = None  #: (k,) mean over the duty of the study, W/mm²
 
     @cached_property
     def across(self) -> Ints:
@@ -122,7 +122,7 @@ class FrettingResult:
             slipping_percent=100 * float(area[mine & self.slips].sum() / area[mine].sum()),
             creep_um=float(rub.creep[mine].max()) / UM,
             energy_mJ=float(rub.energy[mine] @ area[mine]),
-            duty_mW=None if self.power is None else float(self.power[mine] @ area[mine]),
+            duty_W=None if self.power is None else float(self.power[mine] @ area[mine]),
             most_energy_mJ=float(rub.energy[most]),
             most_energy_at_mm=vector(self.vertices.place[most]),
             tension_MPa=float(tension[worst]) if counts else None,
@@ -253,7 +253,7 @@ def fretting(
         changes={AS_GIVEN: rubbing} | changes,
         bolt_seats=bolt_seats(rod, pins, cycle, found, degrees),
         proven=rod.options.proven_ruiz_2,
-        power=np.sum(an_hour, axis=0) / 3600 if an_hour else None,
+        power=np.sum(an_hour, axis=0) / 3.6e6 if an_hour else None,
     )
     return result, (*_not_resolved(pins, found), *notes, *_unsettled(result))
 

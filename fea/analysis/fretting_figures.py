@@ -35,7 +35,7 @@ class FrettingPairFigures(Figures):
     slipping_percent: float  #: of the area, where the slip exceeds a hundredth of that
     creep_um: float  #: the largest slip that the last cycle followed left: later ones settle, or add to it
     energy_mJ: float  #: that a cycle costs on the whole of it
-    duty_mW: WhereKnown[float] = None  #: what that is over the duty, on average
+    duty_W: WhereKnown[float] = None  #: mean power of that over the duty
     most_energy_mJ: float  #: on 1 mm² where it is largest
     most_energy_at_mm: Vector
     #: tension_MPa, tension_at_mm: the largest along the surface, wherever that is; None where every place is

@@ -30,11 +30,9 @@ def _growth(found: FlawLifeFigures, by: str) -> str:
     grows = "grows" if found.factor < 1 else "does not grow" if found.factor.low >= 1 else "may grow"
     text = f"{grows}, factor {found.factor.text} {by}"
     if found.hours is not None:
-        to_surface, last = roughly(found.hours_to_surface), roughly(found.hours)
-        first = (
-            "" if found.hours_to_surface is None or to_surface == last else f"{to_surface} to the surface, "
-        )
-        text += f"; about {first}{last} to {found.ends}"
+        surfaces = found.hours_to_surface
+        first = "" if surfaces is None else f"{roughly(surfaces)} to the surface, "
+        text += f"; about {first}{roughly(found.hours)} to {found.ends}"
     elif found.factor.low < 1:
         text += "; how fast is not worked out, as it lies along the surface"
     if (depth := found.depth_after_service_mm) is not None:

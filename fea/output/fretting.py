@@ -87,7 +87,7 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
             largest = quantity(pair.tension_MPa, ".0f", "MPa")
             tension = f"largest tension {largest}, at {place(pair.tension_at_mm)}"
         mJ = f"{number(pair.energy_mJ, '.3g')} mJ a cycle"
-        mJ += "" if pair.duty_mW is None else f" ({number(pair.duty_mW, '.3g')} mW over the duty)"
+        mJ += "" if pair.duty_W is None else f" ({number(pair.duty_W, '.2g')} W over the duty)"
         head = f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); {mJ}"
         yield f"{head}, most at {place(pair.most_energy_at_mm)}; {tension}."
     seats = (summary.fretting and summary.fretting.bolt_seats) or {}

@@ -1,6 +1,8 @@
 """The map of defects over the cycle of a coarse rod, and flaws on it."""
 
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from fea.analysis.pipeline import solve_speed, with_cycle
 from fea.analysis.survival import flaw_factors
 from fea.base.choices import Symmetry
 from fea.judge.defect import LARGEST
+from fea.output.defect_answer import given_flaw
 from fea.rod.loading import DutyLoads
 from fea.solid.stress import across, opened
 from fea.study.defect_table import DefectTable
@@ -153,6 +156,8 @@ def test_a_flaw_inside_grows_to_the_surface_first(solved):
     flaw = with_flaw(solved, size="2x2@75,4.5,0").defect.flaw
     assert (flaw.position, flaw.criterion) == ("inside", "El Haddad")
     assert 0 < flaw.hours_to_surface < flaw.hours
+    (line,) = given_flaw(SimpleNamespace(defect=SimpleNamespace(flaw=flaw)))
+    assert re.search(r"^Flaw of 2 × 2 mm inside, .*: grows, .*; about .* to the surface, .* to .*\.$", line)
     # One that touches the surface counts as one of the surface at once.
     x, y, _ = with_flaw(solved, size="2x2@75,8,0").defect.flaw.at_mm
     touching = with_flaw(solved, size=f"2x2@{x},{y - 1.1},0").defect.flaw
@@ -175,6 +180,8 @@ def test_growth_adds_up_over_a_duty(solved):
     both = over_duty(solved, "0.3x3", rpm=(2000.0, RPM), share_percent=(75.0, 25.0)).flaw
     assert both.duty.rpm == RPM
     assert flaw.hours < both.duty.hours < 4 * flaw.hours
+    _, line = given_flaw(SimpleNamespace(defect=SimpleNamespace(flaw=both)))
+    assert re.search(r"^Over the duty the flaw grows, factor .* at 5000 rpm; about .*\.$", line)
 
 
 def test_a_duty_decides_whether_a_flaw_lasts(solved):

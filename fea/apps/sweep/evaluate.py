@@ -37,7 +37,9 @@ def evaluate(study: Study, outputs: SweepOutputs) -> dict[float | None, JsonObje
 
 def figures(summary: Summary) -> JsonObject:
     """Return the figures of a run that a table has room for."""
-    all_factors = factors(summary.results, summary.buckling, summary.envelope, summary.assembly)
+    # First yield stays a column of its own where it is followed by flow, which `factor` and `mode` have.
+    of_run = summary.results, summary.buckling, summary.envelope, summary.assembly
+    all_factors = factors(*of_run, overload=summary.overload, defect=summary.defect)
     table: JsonObject = {
         "mass_kg": summary.rod.mass_kg,
         "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
