@@ -188,6 +188,14 @@ def test_combinations_of_known_forces_are_not_solved_for_again(sphere):
     assert moved == pytest.approx(sphere.body(near), rel=1e-6, abs=1e-12)
 
 
+def test_an_increment_begins_where_least_is_out_of_balance(sphere):
+    load, rest = 1.0 * YIELD * sphere.unit, at_rest(sphere.zone, 1)
+    found, steps = increment(sphere.zone, sphere.body, load, rest), sphere.body.steps
+    again = increment(sphere.zone, sphere.body, load, rest, [rest, found])
+    assert sphere.body.steps == steps
+    assert again.plastic == pytest.approx(found.plastic, abs=1e-15)
+
+
 def test_flow_that_never_fades_is_named_after_fewer_turns(sphere):
     loads = [1.12 * SHAKEDOWN * sphere.unit, 0 * sphere.unit]
     long, short = (cycled(sphere.zone, sphere.body, loads, endless=endless) for endless in (False, True))

@@ -35,7 +35,7 @@ def test_a_sphere_widens_as_in_calculix(tmp_path):
     printed = (line.split() for line in (tmp_path / "sphere.dat").read_text().splitlines())
     by_point = np.array([float(words[2]) for words in printed if len(words) == 3 and words[0].isdigit()])
     other_strain = by_point[-sphere.zone.volumes.size :].reshape(sphere.zone.volumes.shape)
-    state = sphere.pressed(front)
+    state = sphere.flowed(load)
     own = (load * sphere.unit + state.moved)[0]
     elastic = load * sphere.unit[0]
     outside = np.unique(mesh.facets[Surface.OUTER])
