@@ -17,19 +17,21 @@ RANKED = (
 
 
 def fretting(summary: Summary) -> Iterator[str]:
-    """Yield the place that is most likely to crack by fretting."""
+    """Yield the place that is most likely to crack by fretting, and bolt heads that slide."""
     if (found := summary.fretting) is None:
         return
     if found.places:
-        yield f"Fretting, most likely: {_worst(found.places[0])} ({_against(found)})."
+        worst, of = found.places[0], "a ranking"
+        if found.proven_ruiz_2 is not None:
+            of = f"{number(worst.ruiz_2 / found.proven_ruiz_2, '.2f')} of what has served"
+        at = f"{worst.pair.removeprefix('seat of the ')} at {place(worst.at_mm)}"
+        yield f"Fretting: {at}, σ τδ {number(worst.ruiz_2, '.3g')} MPa²·mm ({of})."
     else:
         pair, most = max(found.pairs.items(), key=lambda item: item[1].most_energy_mJ)
         yield f"Fretting: nothing rubs under tension; most energy at {place(most.most_energy_at_mm)}, {pair}."
-
-    largest = found.places[0].ruiz_2 if found.places else 0.0
     for name, seat in (found.bolt_seats or {}).items():
-        if seat.reserve < 1 or (seat.ruiz_2 or 0.0) > largest:
-            yield _under(name, seat)
+        if seat.reserve < 1:
+            yield f"Bolt {name}: {_held(seat)}."
 
 
 def _against(found: FrettingFigures) -> str:
@@ -50,15 +52,19 @@ def _against(found: FrettingFigures) -> str:
 
 def _under(name: str, seat: BoltSeatFigures) -> str:
     """Say what rubs under heads or nuts."""
-    slip, slides = (quantity(value, ".1f", "µm") for value in (seat.slip_um, seat.slides_um))
-    bears = f"friction {seat.friction:g} bears {number(seat.reserve, '.3g')} times the shear on them"
-    moved = f"they slide by up to {slides}, as {bears}" if seat.reserve < 1 else f"{bears}: they do not slide"
+    slip = quantity(seat.slip_um, ".1f", "µm")
     tension = "stress singular on this mesh"
     if seat.ruiz_2 is not None:
         tension = f"σ τδ {number(seat.ruiz_2, '.3g')} MPa²·mm" if seat.ruiz_2 else "no tension along it"
     under = f"{quantity(seat.pressure_MPa, '.0f', 'MPa')} at {place(seat.at_mm)}"
     work = quantity(seat.ruiz_1, ".2g", "N/mm")
-    return f"Under bolt {name}, estimated: slip {slip} under {under}, τδ {work}, {tension}; {moved}."
+    return f"Under bolt {name}, estimated: slip {slip} under {under}, τδ {work}, {tension}; {_held(seat)}."
+
+
+def _held(seat: BoltSeatFigures) -> str:
+    bears = f"friction {seat.friction:g} bears {number(seat.reserve, '.3g')} times the shear on them"
+    slides = quantity(seat.slides_um, ".1f", "µm")
+    return f"they slide by up to {slides}, as {bears}" if seat.reserve < 1 else f"{bears}: they do not slide"
 
 
 def _worst(worst: FrettingPlaceFigures) -> str:
@@ -76,10 +82,14 @@ def _worst(worst: FrettingPlaceFigures) -> str:
 
 
 def fretting_in_full(summary: Summary) -> Iterator[str]:
-    """Yield that, for each pair how it slips and whether its largest tension is there, and bolt seats."""
-    said = list(fretting(summary))
-    yield from said
-    for name, pair in {} if summary.fretting is None else summary.fretting.pairs.items():
+    """Yield the worst place, how each pair slips and where its largest tension is, and bolt seats."""
+    if (found := summary.fretting) is None:
+        return
+    if found.places:
+        yield f"Fretting, most likely: {_worst(found.places[0])} ({_against(found)})."
+    else:
+        yield from fretting(summary)
+    for name, pair in found.pairs.items():
         slip, creep = (quantity(value, ".2g", "µm") for value in (pair.slip_um, pair.creep_um))
         share = f"{number(pair.slipping_percent, '.0f')} % of it slips, by up to {slip}"
         tension = "stress singular on this mesh"
@@ -90,8 +100,7 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
         mJ += "" if pair.duty_W is None else f" ({number(pair.duty_W, '.2g')} W over the duty)"
         head = f"{name[0].upper()}{name[1:]}: {share} ({creep} left by the last cycle); {mJ}"
         yield f"{head}, most at {place(pair.most_energy_at_mm)}; {tension}."
-    seats = (summary.fretting and summary.fretting.bolt_seats) or {}
-    yield from (line for name, seat in seats.items() if (line := _under(name, seat)) not in said)
+    yield from (_under(name, seat) for name, seat in (found.bolt_seats or {}).items())
 
 
 _PLACES = (

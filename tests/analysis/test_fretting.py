@@ -169,6 +169,8 @@ def test_the_shear_of_a_head_balances_the_moments_of_its_bolt(rod):
 def test_what_has_served_takes_the_place_of_a_limit(run):
     proven = replace(run.summary.fretting, proven_ruiz_2=2 * run.summary.fretting.places[0].ruiz_2)
     (line,) = fretting_lines(replace(run.summary, fretting=proven))
+    assert line.endswith("(0.50 of what has served).")
+    line = next(fretting_in_full(replace(run.summary, fretting=proven)))
     assert "0.50 times the" in line
     assert "MPa²·mm that have served" in line
     assert "no limit is known" not in line
@@ -208,6 +210,9 @@ def test_the_written_surfaces_have_the_energy_of_the_answer(run, figures, tmp_pa
 
 def test_the_answer_says_that_it_is_a_ranking(run):
     lines = list(fretting_in_full(run.summary))
+    (brief,) = fretting_lines(run.summary)
+    assert len(brief) <= 80  # one line, for which there is room below the table
+    assert brief.endswith("(a ranking).")
     assert lines[0].startswith("Fretting, most likely: ")
     assert "a ranking: no limit is known" in lines[0]
     seats = run.summary.fretting.bolt_seats
