@@ -227,7 +227,7 @@ def plastic_cylinder(size: float) -> Quantities:
 
 
 @benchmark("Brady & Drucker 1953, Proc. ASCE 79, separate 296", size=1.5)
-def plate_with_hole(size: float) -> Quantities:
+def plastic_plate(size: float) -> Quantities:
     """Thin plate with a hole, pulled until its net section flows.
 
     σ_y in straight strips beside the hole and nothing before and behind it is in equilibrium, and necks from
