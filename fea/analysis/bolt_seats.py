@@ -92,9 +92,9 @@ def bolt_seats(
     rod: PreparedRod, pins: AssemblyPins, cycle: CrankCycle, found: CycleResult, degrees: Ints
 ) -> dict[str, BoltSeatFigures]:
     """Return what rubs under heads, and under nuts, at these degrees of a cycle that was solved."""
-    if rod.assembling is None:
-        return {}
     instants, bolts = cycle.degrees[degrees], rod.mesh.bolts
+    if rod.assembling is None or not bolts:
+        return {}
     friction = rod.assembling.bolt.bolt.head_friction
     held = [pins.assembly.sums.held(state) for state in pins.states(instants, cycle)]
     shear, shift = (np.stack(each, axis=-1) for each in zip(*held, strict=True))

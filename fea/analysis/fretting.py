@@ -24,7 +24,7 @@ from fea.analysis.fretting_figures import (
 )
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.note import Note, omission, warning
-from fea.base.units import DEG, UM
+from fea.base.units import DEG, KN, UM
 from fea.contact.assembled import InterfaceVertices
 from fea.contact.fretting import Rubbing, facets_across
 from fea.judge.safety_factor import without_bar
@@ -262,7 +262,7 @@ def _not_resolved(pins: AssemblyPins, found: CycleResult) -> Iterator[Note]:
     """Say where nothing is solved that could rub."""
     cut = max((bolt.shear for state in found.states for bolt in state.bolts), default=0.0)
     if cut > 0:
-        text = f"bolts bear on their holes by up to {cut:.2g} N, and where along the hole is not solved"
+        text = f"bolts bear on their holes by up to {cut / KN:.2g} kN, and where along the hole is not solved"
         yield omission("fretting in bolt holes", text)
     if pins.fits.small_clearance < 0:
         yield _PRESSED_IN

@@ -53,12 +53,10 @@ class FrettingChangeFigures(Figures):
 
 
 class BoltSeatFigures(Figures):
-    """Under the heads or the nuts of bolts, at the worst place of all: at most, as no friction is solved."""
+    """Under the heads or the nuts of bolts, at the worst place of all: an estimate, see `bolt_seats`."""
 
     friction: float
-    reserve: (
-        float  #: what friction bears over the shear by which heads follow their seats; below 1 they slide
-    )
+    reserve: float  #: what friction bears over half the range of the shear; heads slide below 1
     slides_um: float  #: range over the cycle by which a head slides as a whole
     at_mm: Vector
     crank_deg: float
