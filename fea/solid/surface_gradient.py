@@ -8,6 +8,8 @@ from geometry.arrays import Floats, Ints
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import TetMesh
 
+_TINY = 1e-12
+
 
 def inward_derivative(mesh: TetMesh, facets: Ints, values: Floats) -> Floats:
     """Derivative (n_nodes, k), per mm, of nodal values (n_nodes, k) along the inward normal of `facets`.
@@ -28,3 +30,9 @@ def inward_derivative(mesh: TetMesh, facets: Ints, values: Floats) -> Floats:
         np.add.at(total, tets, -np.einsum("epik,epi->epk", gradient, normal[tets]))
     count = np.bincount(near.ravel(), minlength=len(total))
     return np.asarray(total / np.maximum(count, 1)[:, None])
+
+
+def relative_gradient(mesh: TetMesh, facets: Ints, values: Floats) -> Floats:
+    """−(∂v/∂s)/v (n_nodes,), 1/mm, along the inward normal: the least of values (n_nodes, k)."""
+    inward = inward_derivative(mesh, facets, values)
+    return np.asarray((-inward / np.maximum(values, _TINY)).min(axis=1))

@@ -9,11 +9,10 @@ import numpy as np
 from fea.analysis.cycle.rows import SpannedRod
 from fea.analysis.cycle.screened import superposed
 from fea.analysis.cycle.unit_solutions import PartStress
-from fea.base.choices import Region
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
-from fea.solid.surface_gradient import inward_derivative
+from fea.solid.surface_gradient import relative_gradient
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -21,7 +20,6 @@ from mesh.tetmesh import TetMesh
 # Of the degrees of a cycle, one in so many suffices for the ratio of amplitudes.
 EVERY = 10
 _BLOCK = 500  # nodes evaluated at once
-_TINY = 1e-12
 
 
 def relative_gradients(rod: SpannedRod, weights: Weights) -> Floats:
@@ -40,10 +38,8 @@ def relative_gradients(rod: SpannedRod, weights: Weights) -> Floats:
         amplitude = np.zeros((len(mesh.points), len(rod.units.sides)))
         amplitude[part.nodes] = _amplitudes(part, rod.units.sides, weights)
         facets = free[own[free].all(axis=1)]
-        inward = inward_derivative(TetMesh(mesh.points, tets), facets, amplitude)
-        found = np.maximum(found, (-inward / np.maximum(amplitude, _TINY)).min(axis=1))
-    found[rod.masked | rod.regions.touched[:, list(Region).index(Region.BORES)]] = 0.0
-    return found
+        found = np.maximum(found, relative_gradient(TetMesh(mesh.points, tets), facets, amplitude))
+    return np.where(rod.masked | rod.regions.on_bores, 0.0, found)
 
 
 def _amplitudes(part: PartStress, sides: tuple[int, ...], weights: Weights) -> Floats:
