@@ -55,7 +55,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     heading = [f"{summary.title}: {summary.survival.text}", *prose.unusual(summary.notes)]
     parts = list(tables.assembly_tables(summary))
     shown = [table for table in parts[1:] if verbose or table.head[0] == _governing_part(summary)]
-    printed = [case_table(summary, console), *(_part_table(table, console) for table in shown)]
+    printed = [case_table(summary, console), *(part_table(table, console) for table in shown)]
     if verbose:
         printed += _captioned(
             [*parts[:1], *tables.contact_tables(summary), *life_tables.fatigue_tables(summary)]
@@ -84,7 +84,7 @@ def case_table(summary: Summary, console: Console) -> RichTable:
     return _first_that_fits([_laid_out(summary, k) for k in range(len(_LAYOUTS))], console)
 
 
-def _part_table(table: AnswerTable, console: Console) -> RichTable:
+def part_table(table: AnswerTable, console: Console) -> RichTable:
     """Return the table of a part; a narrow console breaks its headings, and cuts no figure."""
     return _first_that_fits([table.printed(no_wrap=True), table.printed(gap=0)], console)
 
