@@ -67,7 +67,7 @@ class Asked:
         self.program("run", path, "--out", name, "--no-screenshot", "--quiet", *flags)
         text = (self.folder / name / "summary.json").read_text(encoding="utf-8")
         found: Found = json.loads(text, parse_constant=self._not_a_number)
-        self.wrong += [f"{name}: {said}" for said in misformed(found)]
+        self.wrong += [f"{name}: {said}" for said in malformed(found)]
         if not found["trusted"]:
             self.warned.append(", ".join(key for key, check in found["checks"].items() if not check["pass"]))
         return found
@@ -103,7 +103,7 @@ class Asked:
                 self.wrong.append(f"bars of {case} are apart: {ours}, {theirs}")
 
 
-def misformed(found: Any, path: str = "") -> Iterator[str]:
+def malformed(found: Any, path: str = "") -> Iterator[str]:
     """Intervals that do not hold their figure, and trust that contradicts the checks."""
     if not isinstance(found, dict):
         return
@@ -121,7 +121,7 @@ def misformed(found: Any, path: str = "") -> Iterator[str]:
             and not low <= value <= high
         ):
             yield f"{path}{key}: {value} is not in {low} … {high}"
-        yield from misformed(value, f"{path}{key}.")
+        yield from malformed(value, f"{path}{key}.")
 
 
 def trace(asked: Asked, draw: Draw) -> None:
