@@ -26,6 +26,7 @@ CAUSES = {
     21: "the written study left the S–N line of a preset out, unless there was a duty (`fea/study/study.py`)",
     36: "no equilibrium of a bore in plastic flow counted as a factor of 0 (`fea/analysis/overload.py`)",
     37: "as 10",
+    51: "as 10",
 }
 CLASSES = ("right", "warned", "refused", "wrong", "crash", "timeout")
 
