@@ -126,9 +126,11 @@ class Trace:
             )
         highest = float(self.pressures.max())
         if highest < _IDLING_PEAK:
+            read = self.reading
+            sure = read is not None and (read.unit != "bar" or read.compression_exponent is not None)
+            remedy = "" if sure else ': if the file is in MPa, set pressure_unit = "MPa"'
             notes.append(
-                f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle: if the file is "
-                'in MPa, set pressure_unit = "MPa"'
+                f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle{remedy}"
             )
         return "; ".join([*notes, *filter(None, [self._turned()])])
 

@@ -31,6 +31,8 @@ from loads.instants import given
 
 # Share of the force at which the shank bends up to which the solid rod is followed then: its bores.
 _BELOW = 0.95
+# What gives way on the way to a force bears at most this share of it: less than all.
+_SHORT = 0.999
 
 
 def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
@@ -52,7 +54,7 @@ def with_overload(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         left = permanent_set(mesh, length, followed.whole)
         if bends:
             left = _bent(left, column, flexibility, overload)
-        found = _figures(rod, overload, bending(column, OVERLOAD, force), followed, left)
+        found = _figures(rod, overload, bending(column, OVERLOAD, force), followed, left, share=borne / force)
     return replace(
         static,
         checks={**static.checks, **flow_checks(followed.flow, static.checks)},
@@ -99,20 +101,29 @@ def _figures(
     bent: BendingFigures,
     followed: FollowedFlow,
     left: Mapping[str, float],
+    *,
+    share: float,
 ) -> OverloadFigures:
-    """Gather what is found; what is left is empty where it is not known."""
+    """Gather what is found; what is left is empty where it is not known.
+
+    `share` is what the solid rod was followed to, of the force. Where it gives way on the way there, its
+    factor lies between the last step in equilibrium and that share.
+    """
     node, force = followed.node, bent.force_N
     collapses, strain = followed.flow.answer is PlasticAnswer.COLLAPSES, float(followed.flow.strain.max())
-    factor, state = bent.limit_N / force, "flows" if strain else "elastic"
-    if factor < 1 or collapses:
-        state, factor = ("bends", factor) if factor < 1 else ("collapses", 0.0)
+    factor, state = SafetyFactor(bent.limit_N / force, mode=OVERLOAD), "flows" if strain else "elastic"
+    if collapses:
+        least = followed.flow.borne * share
+        state, factor = "collapses", SafetyFactor(least, least, _SHORT * share, mode=OVERLOAD)
+    elif factor < 1:
+        state = "bends"
     known = bool(left) and not collapses
     pressure = overload.pressure if overload.liquid is None else overload.liquid.pressure(force)
     return OverloadFigures(
         kind=overload.kind,
         state=state,
         pressure_bar=None if pressure is None else pressure / BAR,
-        safety_factor=SafetyFactor(factor, mode=OVERLOAD),
+        safety_factor=factor,
         bending=bent,
         max_plastic_strain=strain,
         elements=followed.elements,

@@ -291,18 +291,22 @@ def amplitude(cases: Sequence[CaseResult]) -> tuple[Floats, Floats]:
     return value, error
 
 
-def usage(rod: PreparedRod, cases: Sequence[CaseResult]) -> tuple[Floats, Floats] | None:
+def usage(
+    rod: PreparedRod, cases: Sequence[CaseResult], *, with_support: bool = False
+) -> tuple[Floats, Floats] | None:
     """One over the safety factor against fatigue between the cases (n_nodes,), and its error.
 
     Mean and amplitude are those of the signed equivalent stress, as over a cycle. Parts of which a strength
-    that the criterion needs is not known are left out; None where it is known of none.
+    that the criterion needs is not known are left out; None where it is known of none. `with_support`: by
+    the gradient of the amplitude, as over a cycle.
     """
     mesh, criterion = rod.mesh.whole, rod.options.fatigue
     rows, (mean, half, error) = np.arange(len(mesh.points)), between(cases)
     used, more = np.zeros((2, len(rows)))
+    regions = rod.regions.supported(mesh, half, cases[0].error.masked) if with_support else rod.regions
     for number, material in enumerate(rod.materials):
         of_part = rows if mesh.part is None else np.unique(mesh.tets[mesh.part == number])
-        surface = rod.regions.at(of_part).factors(material)
+        surface = regions.at(of_part).factors(material)
         at = mean[of_part], half[of_part], error[of_part]
         now = fatigue_factor(criterion, at[0], at[1], material, surface)
         worse = fatigue_factor(criterion, at[0] + at[2], at[1] + at[2], material, surface)

@@ -175,7 +175,7 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
 
 def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> SafetyFactor | None:
     some = [case for case in cases if case.load.in_cycle]
-    used = usage(rod, some) if len(some) > 1 else None
+    used = usage(rod, some, with_support=True) if len(some) > 1 else None
     if used is None:
         return None
     worst = peak(*used, cases[0].error.masked)

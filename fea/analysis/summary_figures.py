@@ -38,7 +38,7 @@ class BoltsFigures(Figures):
     """``bolts``: by VDI 2230-1:2015."""
 
     thread: str
-    preload_N: float  #: after tightening and embedding
+    preload_N: float  #: after tightening, less embedding if that is given
     tightened: WhereKnown[str] = None  #: how it follows from a stretch, torque or angle, and how it scatters
     proof_load_N: float
     vdi_load_factor: float  #: Φ_K of a central load, for comparison with those of the load cases

@@ -105,20 +105,25 @@ def flaw_limit(
 ) -> tuple[str, Floats]:
     """Return the criterion of a flaw of a depth and half length, mm, and the limit of amplitudes (n,), MPa.
 
-    Beyond Murakami's model it is a crack of its shape in a body that is large beside it.
+    Beyond Murakami's model it is a crack of its shape in a body that is large beside it, and bears no more
+    than the largest flaw within the model.
     """
     (depth, half), root, smooth = size, area_root(*size), smooth_limit(material, cycle)
-    if material.hardness is not None and root <= LARGEST:
-        long = el_haddad_limit(root * _METRE, _GEOMETRY[position], metal, cycle)
-        small = murakami_limit(root, cycle.ratio, material.hardness, position)
-        return "Murakami", np.minimum.reduce([small, long, smooth])
+    most = smooth
+    if material.hardness is not None:
+        within = min(root, LARGEST)
+        long = el_haddad_limit(within * _METRE, _GEOMETRY[position], metal, cycle)
+        small = murakami_limit(within, cycle.ratio, material.hardness, position)
+        most = np.minimum.reduce([small, long, smooth])
+        if root <= LARGEST:
+            return "Murakami", most
     if position is Position.INSIDE:
         depth /= 2  # half of its height
         largest = inside_intensity(np.array([depth, depth, half]), np.ones_like, _LARGE * depth)
     else:
         largest = surface_intensity(np.array([depth, half]), np.ones_like, _LARGE * depth)
     geometry = float(largest.max() / np.sqrt(np.pi * depth * _METRE))
-    return "El Haddad", el_haddad_limit(depth, geometry, metal, cycle, smooth)
+    return "El Haddad", np.minimum(el_haddad_limit(depth, geometry, metal, cycle, smooth), most)
 
 
 def largest_defect(cycle: StressCycle, material: Material, metal: CrackMetal, position: Position) -> Floats:

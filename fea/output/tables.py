@@ -217,7 +217,7 @@ def contact_tables(summary: Summary) -> Iterator[AnswerTable]:
 
 
 _BOLTS = (
-    TableColumn("preload after tightening and embedding", "kN", "preload_N", ".1f"),
+    TableColumn("preload, less embedding if that is given", "kN", "preload_N", ".1f"),
     TableColumn("largest force", "kN", "max_force_N", ".1f"),
     TableColumn("amplitude", "kN", "amplitude_N", ".2g"),
     TableColumn("load factor Φ of the bolt with the largest force", "", "largest_load_factor", ".2g"),

@@ -56,6 +56,8 @@ class Flow:
     unbalanced: float  #: largest force out of balance, relative
     beyond_yield: float  #: largest excess over the yield strength in the last turn, relative to it
     least_dissipation: float  #: of any increment, mJ
+    #: Share of the way to the last load case up to which there is equilibrium; 1 unless the body collapses
+    borne: float
 
     @property
     def strain(self) -> Floats:
@@ -88,6 +90,7 @@ class _Walk:
     unbalanced: float = 0.0
     beyond_yield: float = 0.0
     least_dissipation: float = 0.0
+    borne: float = 1.0
     flowed: set[int] = field(default_factory=set)
     ends: list[tuple[Floats, FlowState]] = field(default_factory=list)  #: of the load cases of this turn
     #: By load case and step, what happened there a turn before
@@ -95,15 +98,18 @@ class _Walk:
 
     def to(self, case: int, target: Floats) -> None:
         """Go to a load case, in steps."""
-        start, excess = self.elastic, self._excess(target)
+        start, excess, inside = self.elastic, self._excess(target), min(0.0, self._excess(self.elastic))
+        elastic = inside / (inside - excess) if excess > 0 else 1.0  # as the yield function is convex
         steps = max(1, ceil(excess / _OVERSHOOT))
         for step in range(1, steps + 1):
+            self.borne = max(elastic, (step - 1) / steps)
             self.elastic = start + (target - start) * (step / steps)
             if steps > 1:
                 excess = self._excess(self.elastic)
             if excess > YIELD_TOLERANCE:
                 excess = self._flow(case, step)
             self.beyond_yield = max(self.beyond_yield, excess)
+        self.borne = 1.0
         self.ends.append((self.elastic, self.state))
 
     def _flow(self, case: int, step: int) -> float:
@@ -172,6 +178,7 @@ def cycled(
         unbalanced=walk.unbalanced,
         beyond_yield=walk.beyond_yield,
         least_dissipation=walk.least_dissipation,
+        borne=walk.borne,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from fea.base.choices import Region
 from fea.base.material import Material, support_factor
 from fea.rod.meshed_rod import Bores, MeshedRod
+from fea.solid.surface_gradient import relative_gradient
 from fea.study.assembly_table import BUSHING, UPPER_SHELL
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -94,6 +95,18 @@ class SurfaceRegions:
         if self.gradient is None or not material.support or material.ultimate_strength is None:
             return np.ones(len(self.touched))
         return support_factor(self.gradient, material.ultimate_strength)
+
+    @property
+    def on_bores(self) -> Mask:
+        """Whether each node lies on the bores, where no gradient supports: the pins press there."""
+        return self.touched[:, list(Region).index(Region.BORES)]
+
+    def supported(self, mesh: TetMesh, amplitude: Floats, masked: Mask) -> "SurfaceRegions":
+        """Return the same places of a mesh with the gradients of an amplitude (n_nodes,); none if masked."""
+        if (free := mesh.facets.get(Surface.FREE)) is None:
+            return self
+        found = np.maximum(relative_gradient(mesh, free, amplitude[:, None]), 0.0)
+        return replace(self, gradient=np.where(masked | self.on_bores, 0.0, found))
 
     def without_support(self) -> "SurfaceRegions":
         """Return the same places, where the local stress counts fully."""

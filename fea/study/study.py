@@ -33,7 +33,7 @@ from fea.study.files import (
     toml_text,
 )
 from fea.study.film_table import FilmTable
-from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
+from fea.study.material_table import ASSUMED_PARTS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
     PINS,
     AnalysisTable,
@@ -354,8 +354,8 @@ class Study:
 
     def as_dict(self) -> TomlTable:
         """Return the tables that say something, with plain values, as a study file holds them."""
-        parts = {part: self._constants(table) for part, table in self.part_material.items()}
-        tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
+        parts = {part: entries_of(table.resolved()) for part, table in self.part_material.items()}
+        tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
         used = {
             "speed": self.engine is not None and (self.speed.rpm is not None or self.duty is None),
             "contact": self.in_contact,
@@ -375,11 +375,6 @@ class Study:
     def in_contact(self) -> bool:
         """Whether a pin touches its bore, or parts touch each other."""
         return self.analysis.in_contact or self.assembly is not None
-
-    def _constants(self, material: MaterialTable) -> TomlTable:
-        """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
-        unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
-        return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
 
     def text(self) -> str:
         """Return the study as a TOML file that runs again and gives the same."""

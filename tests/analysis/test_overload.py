@@ -18,6 +18,7 @@ from fea.judge.column import Plane
 from fea.machine.clock import Clock
 from fea.output.flow_statements import overload_in_full
 from fea.output.flow_statements import permanent_set as set_in_words
+from fea.plastic.increment import NoEquilibriumError
 from fea.solid.assembly import mean_at_nodes, stiffness_degree, tabulate
 from fea.solid.supports import rigid_motions
 from fea.study.overload_table import OverloadTable
@@ -109,6 +110,20 @@ def test_a_force_that_lasts_bends_without_end(rod, solved, limit):
     assert (found.state, found.set_um, found.set_judged) == ("bends", None, None)
 
 
+def test_what_gives_way_has_at_least_the_factor_of_first_yield(rod, solved, limit, monkeypatch):
+    """It was 0, and so below that of a larger force."""
+
+    def without_equilibrium(*_):
+        raise NoEquilibriumError
+
+    monkeypatch.setattr("fea.plastic.cycling.increment", without_equilibrium)
+    found = under(rod, solved, force_N=0.97 * limit).overload
+    assert found.state == "collapses"
+    assert 0.5 < found.safety_factor == found.safety_factor.low < found.safety_factor.high < 1.0
+    verdict = survival([found.safety_factor])
+    assert (verdict.answer, verdict.text.split(",")[0]) == ("fails", "gives way under the overload")
+
+
 def test_the_answer_names_the_overload(rod, solved, mesh, limit):
     study = replace(STUDY, overload=OverloadTable(force_N=0.97 * limit, most_shortening_um=0.0))
     adapted = refined_rod(study, (RPM,), Clock(), None, mesh)
@@ -120,7 +135,7 @@ def test_the_answer_names_the_overload(rod, solved, mesh, limit):
     assert lines[0].startswith(f"Overload, {1.25 * limit / 1e3:.1f} kN on the rod: it bends ")
     assert "0.80 times the overload; its first fibre yields at " in lines[-1]
     kept = factors(found.results, found.buckling, None, overload=bent)
-    assert "bends under the overload, safety factor 0.80" in survival(kept).text
+    assert "gives way under the overload, safety factor 0.80" in survival(kept).text
 
 
 def test_a_permanent_set_is_what_a_builder_measures(rod):

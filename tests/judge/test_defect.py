@@ -107,6 +107,17 @@ def test_a_large_flaw_is_a_crack_of_its_shape():
     assert limit == pytest.approx(5.4 / (2 * 1.12 * np.sqrt(np.pi * 2e-3)), rel=0.03)
 
 
+@pytest.mark.parametrize("position", list(Position))
+@pytest.mark.parametrize("ratio", [-4.0, -1.5, -1.0, 0.0, 0.5])
+def test_a_larger_flaw_bears_no_more(position, ratio):
+    """Also where Murakami's model ends, beyond which cracks alone bore up to a sixth more."""
+    limits = [
+        flaw_limit((depth, 2 * depth), cycle(100.0, ratio), STEEL_300, METAL, position)[1][0]
+        for depth in np.geomspace(0.05, 3.0, 60)
+    ]
+    assert (np.diff(limits) <= 1e-9).all()
+
+
 def test_a_long_flaw_counts_by_its_depth():
     assert area_root(0.1, 50.0) == pytest.approx(316.2, rel=1e-4)
     assert area_root(0.2, 0.2) == pytest.approx(1e3 * (np.pi / 2) ** 0.5 * 0.2)

@@ -427,6 +427,18 @@ def test_one_column_a_speed_from_another_dead_centre_or_absolute():
     assert turned.keys.given == {"angle_offset_deg": 360.0}
 
 
+def test_a_low_peak_is_not_said_to_be_in_another_unit_where_the_unit_is_known():
+    throttled = absolute(FROM_FIRING, intake=0.35, burnt=1.0)  # an engine at idle: a peak of 13 bar
+    for unit in ("bar", "kPa", "MPa"):
+        file = text(throttled * BAR_IN[unit], header=[f"CA,p [{unit} abs]"])
+        said = parse_trace(file, "t.csv").trace.note(100.0)
+        assert "as in an engine at idle" in said
+        assert "pressure_unit" not in said
+    flat = 0.1 + 1.5 * np.exp(-(((FROM_FIRING - 8) / 15) ** 2))  # no compression tells the unit
+    said = parse_trace(text(flat, header=["CA,p [bar]"]), "t.csv").trace.note(100.0)
+    assert 'if the file is in MPa, set pressure_unit = "MPa"' in said
+
+
 def test_pressures_that_no_compression_gives_are_remarked_on():
     keys, around = TraceKeys(angle_offset_deg=360.0), Surroundings(compression_ratio=RATIO)
     for late, said in ((20, "which is not that of a compression"), (-60, "shows no compression")):

@@ -11,9 +11,10 @@ from fea.analysis.rod_report import SolidFigures
 from fea.analysis.summary_figures import PassFigures
 from fea.base.checks import Check
 from fea.base.note import UNITS, assumption, by_consequence, doubt, omission, remark, warning
+from fea.output.tables import AnswerTable
 from fea.output.terminal.prose import gathered
 from fea.output.terminal.rod import solid_lines
-from fea.output.terminal.run import print_runs
+from fea.output.terminal.run import part_table, print_runs
 from fea.output.units import kilo
 
 LOADS = {
@@ -61,6 +62,17 @@ def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
         "0.109",
     ] in rows
     assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "1.0,", "2.0,", "3.0", "9.00", "0.050"] in rows
+
+
+def test_the_table_of_a_part_breaks_its_headings_and_cuts_no_figure():
+    """Cut, a range of forces from 8770 to 8890 was one from 8770 to 88."""
+    head, row = ("joint", "bolts, lbf", "micro-slip, %", "slip safety, "), ("side", "8770…8890", "20", "3.57")
+    table = AnswerTable("Joint", head, (row, row))
+    for width in (80, 36):
+        console = Console(file=StringIO(), width=width)
+        console.print(part_table(table, console))
+        *_, last = filter(str.strip, console.file.getvalue().splitlines())
+        assert tuple(last.split()) == row, width
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import pytest
 
 from fea.study.material_table import LIBRARY, MaterialTable, library_material
+from fea.study.study import load_study, parse_study
 from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
 
@@ -26,6 +29,14 @@ def test_every_preset_is_a_material_with_strengths_in_order(name):
         material.basquin is not None
     ):  # at 10⁶ cycles the S–N line meets the limit, to the digits that are given
         assert material.basquin.amplitude(1e6) == pytest.approx(material.endurance_limit, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", sorted(LIBRARY))
+def test_the_written_study_has_every_figure_of_a_preset(name, tmp_path):
+    """Without its S–N line, the hours of a run again with --cycle were those of an assumed line."""
+    study = replace(load_study("leon-2001"), material=MaterialTable(preset=name))
+    again = parse_study(study.text(), "again", tmp_path)
+    assert again.material.material() == study.material.material()
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from exact_bodies import INNER, PROBLEMS, solved
 
-from fea.analysis.cycle.support import inward_derivative
+from fea.solid.surface_gradient import inward_derivative
 from fea.base.material import support_factor
 from fea.solid.stress import von_mises
 from geometry.surfaces import Surface

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Sequence, Sized
 from dataclasses import replace
 from itertools import groupby
 from textwrap import wrap
-from typing import Any
+from typing import Any, Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -51,7 +51,9 @@ def plain_table(
     """
     table = RichTable(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, **options)
     for title in columns:
-        table.add_column(in_heading(title), justify="left" if title in left else "right", no_wrap=no_wrap)
+        justify: Literal["left", "right"] = "left" if title in left else "right"
+        cut: Literal["ellipsis", "fold"] = "ellipsis" if no_wrap else "fold"
+        table.add_column(in_heading(title), justify=justify, no_wrap=no_wrap, overflow=cut)
     for row in rows:
         table.add_row(*row)
     return table

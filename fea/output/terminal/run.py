@@ -53,7 +53,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     heading = [f"{summary.title}: {summary.survival.text}", *prose.unusual(summary.notes)]
     parts = list(tables.assembly_tables(summary))
     shown = [table for table in parts[1:] if verbose or table.head[0] == _governing_part(summary)]
-    printed = [case_table(summary, console), *(table.printed(no_wrap=True) for table in shown)]
+    printed = [case_table(summary, console), *(part_table(table, console) for table in shown)]
     if verbose:
         printed += _captioned(
             [*parts[:1], *tables.contact_tables(summary), *life_tables.fatigue_tables(summary)]
@@ -79,7 +79,16 @@ _ENDLESS = 1000
 
 def case_table(summary: Summary, console: Console) -> RichTable:
     """Return the load cases of one speed, the worst bold; a narrow console shows fewer columns."""
-    endless, choices = Console(width=_ENDLESS), [_laid_out(summary, k) for k in range(len(_LAYOUTS))]
+    return _first_that_fits([_laid_out(summary, k) for k in range(len(_LAYOUTS))], console)
+
+
+def part_table(table: AnswerTable, console: Console) -> RichTable:
+    """Return the table of a part; a narrow console breaks its headings, and cuts no figure."""
+    return _first_that_fits([table.printed(no_wrap=True), table.printed(gap=0)], console)
+
+
+def _first_that_fits(choices: Sequence[RichTable], console: Console) -> RichTable:
+    endless = Console(width=_ENDLESS)
     return next((one for one in choices if endless.measure(one).maximum <= console.width), choices[-1])
 
 
