@@ -129,20 +129,28 @@ def _as_text(path: Path) -> None:
         gmsh.write(str(path.with_name("run-text.msh")))
 
 
+def _spoiled_deck(fault: str, deck: str) -> str:
+    """Give the nodes and elements of an Abaqus deck a fault, and leave the rest as it is."""
+    heads = "*NODE, NSET=NALL\n", "*ELEMENT, TYPE=C3D10, ELSET=EALL\n", "*NSET"
+    before, nodes, elements, after = re.split("|".join(map(re.escape, heads)), deck, maxsplit=3)
+    points = np.loadtxt(nodes.split(), delimiter=",")[:, 1:]
+    mesh = spoiled(fault, TetMesh(points, np.loadtxt(elements.split(), int, delimiter=",")[:, 1:] - 1), {})
+    written = io.StringIO(newline="")
+    for head, rows, form in ((heads[0], mesh.points, "%.12e"), (heads[1], mesh.tets + 1, "%d")):
+        written.write(head)
+        numbered = np.column_stack([np.arange(len(rows)) + 1, rows])
+        np.savetxt(written, numbered, ["%d", *[form] * rows.shape[1]], ",")
+    return f"{before}{written.getvalue()}{heads[2]}{after}"
+
+
 def _spoil_others(fault: str, folder: Path, place: Path) -> None:
     """Spoil the deck, the series, the VTU files and the solid."""
     (place / "run").mkdir(exist_ok=True)
     deck = (folder / "run.inp").read_text()
-    if fault == "turned":
-        deck = re.sub(r"(?m)^(\d+),(\d+),(\d+),(?=(?:\d+,){7}\d+$)", r"\1,\3,\2,", deck)
-    elif fault == "names":
+    if fault == "names":
         deck = deck.replace("NSET=BIG_END_BORE", "NSET=OTHER")
-    elif fault == "scaled":
-        node = re.compile(r"(?m)^(\d+)((?:,-?\d\.\d+e[+-]\d+){3})$")
-        deck = node.sub(
-            lambda line: ",".join([line[1], *(f"{1.01 * float(x):.12e}" for x in line[2][1:].split(","))]),
-            deck,
-        )
+    elif fault in {"turned", "middles", "scaled", "lost"}:
+        deck = _spoiled_deck(fault, deck)
     (place / "run.inp").write_text(deck)
     for path in (folder / "run").glob("*.vtu" if fault == "tensor" else "tension.vtu"):
         grid = pv.read(path)

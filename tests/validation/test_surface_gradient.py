@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from exact_bodies import INNER, PROBLEMS, solved
 
-from fea.solid.surface_gradient import inward_derivative
 from fea.base.material import support_factor
 from fea.solid.stress import von_mises
+from fea.solid.surface_gradient import inward_derivative
 from geometry.surfaces import Surface
 
 
