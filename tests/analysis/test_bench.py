@@ -10,7 +10,10 @@ from fea.analysis.bench import bench_figures
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed
 from fea.analysis.result import run_result
 from fea.base.choices import Finish
+from fea.judge.safety_factor import CycleLife
 from fea.machine.clock import Clock
+from fea.output import json_file
+from fea.output.json_file import as_dict
 from fea.output.life_statements import fatigue_test
 from fea.output.statements import full_statements
 from fea.study.material_table import MaterialTable
@@ -87,7 +90,7 @@ def test_a_section_fails_after_the_cycles_of_its_line(rod, axial, ratio, largest
 
 def test_a_small_force_never_breaks_a_steel_and_a_large_one_within_cycles_of_strain(rod):
     found, _ = of_middle(rod, 10e3, -1.0)
-    assert found.life.cycles is None
+    assert found.life.cycles == np.inf
     assert found.life.unlimited
     assert found.safety_factor > 1
     found, _ = of_middle(rod, 100e3, -1.0)
@@ -115,7 +118,9 @@ def test_a_test_is_judged_by_its_factor_and_says_its_cycles(rod):
     assert line in set(full_statements(found, "results"))
     assert line.startswith("Fatigue test between -15 kN and 12 kN (R = -1.25): factor ")
     assert "(S–N line, strength ± 16 %)" in line
-    never = replace(found.bench.life, cycles=None, low=None, high=None)
+    never = replace(found.bench.life, cycles=np.inf, low=np.inf, high=np.inf)
+    assert as_dict(never)["cycles"] is None
+    assert json_file._read(CycleLife, as_dict(never)) == never
     (line,) = fatigue_test(replace(found, bench=replace(found.bench, life=never)))
     assert "; lasts unlimited cycles (S–N" in line
     (line,) = fatigue_test(replace(found, bench=replace(found.bench, life=None)))
