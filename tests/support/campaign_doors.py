@@ -23,7 +23,9 @@ from fea.__main__ import call
 from fea.study.engine_library import engine_names
 from fea.study.files import toml_text
 
-Draw, Tables, Found = np.random.Generator, dict[str, Any], dict[str, Any]
+Draw = np.random.Generator
+Tables = dict[str, Any]
+Found = dict[str, Any]
 DONE, REFUSED = (0, 5, 6), (2, 3, 4)
 SAME, NEAR = 1e-5, 0.02  # of one mesh; of figures whose mesh or grid differs
 
