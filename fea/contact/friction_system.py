@@ -17,7 +17,7 @@ from dataclasses import astuple, dataclass, field, replace
 import numpy as np
 from scipy.optimize import nnls
 
-from fea.contact.active_set import BALANCE, balanced
+from fea.contact.active_set import BALANCE, ContactSystem, balanced
 from fea.contact.block import ContactBlock, CoupledBlocks, Guess, Places, StickingState
 from fea.contact.problem import CondensedInterface
 from fea.contact.trial import ROUNDING, TOLERANCES, Tolerances, Trial
@@ -101,10 +101,29 @@ class _BlockSearch:
         """Find the solution of a block, and how many states were tried.
 
         `problem`: a block, its sticking state, the first guess, the exactness of the laws, an earlier
-        solution. Raises `ContactError`: no pressure of the pins has their forces; `UnsettledError`: no state
-        was found that obeys contact and friction.
+        solution. Where pins hardly press, their contact area may not settle from the first guess; it then
+        begins with that between parts that stick, which exists and is unique. Raises `ContactError`: no
+        pressure of the pins has their forces; `UnsettledError`: no state was found that obeys contact and
+        friction.
         """
         block, offsets, guess, exact, trial = problem
+        try:
+            return self._found(block, offsets, guess, exact, trial)
+        except UnsettledError:
+            if not block.R.size:
+                raise
+        pressed = ContactSystem(block.effects.A, block.R).solve(offsets.pin_gap, offsets.forces)
+        return self._found(block, offsets, replace(guess, touching=pressed.pressure > 0), exact, trial)
+
+    def _found(
+        self,
+        block: ContactBlock,
+        offsets: StickingState,
+        guess: Guess,
+        exact: Tolerances,
+        trial: Trial | None,
+    ) -> tuple[Trial, int]:
+        """Search from a guess; errors as of a call."""
         correction = GuessCorrection(exact)
         for change in range(1, _MOST + 1):
             trial = Trial.of(block, offsets, guess, trial)

@@ -1,6 +1,7 @@
 """The crank cycle of a rod with a bolted cap, superposed from states with friction."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from fea.solid.parity import Parity
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import MeshTable
 from fea.study.speed_tables import DutyTable
+from fea.study.study import parse_study
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 
@@ -186,3 +188,47 @@ def test_crank_cycles_to_failure_are_those_of_a_duty(rod, point):
     assert life is not None
     assert life.cycles == pytest.approx(expected, rel=0.05)
     assert states.smooth_life(rod.crank_cycle(SPEED)) == pytest.approx(expected, rel=0.3)
+
+
+def test_a_pin_that_hardly_presses_has_a_contact_area(monkeypatch):
+    """Where the crank pin has 13 N of some thousands, guesses of its area run in a circle."""
+    monkeypatch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", 36)
+    light = prepare(parse_study(LIGHT, "light", Path()))
+    pins, cycle = light.assembly_contact, light.crank_cycle(6381.0)
+    assembled, loads = pins.assembly.assembled, pins.loads(cycle.increments, cycle)
+    force = [np.linalg.norm(load.pins[:2]) for load in loads]
+    least = int(np.argmin(force))
+    assert force[least] < 0.01 * max(force)
+    start = assembled.start
+    state = assembled.steps(end=0).at_once(loads[least], start.gap, start.guess)
+    assert state.residual < 1e-9
+    assert state.imbalance < 1e-9
+    # The contact area of the pin between parts that stick, which is unique, as nothing slips.
+    assert not state.guess.slipping.any()
+
+
+# Drawn at random.
+LIGHT = """
+[rod]
+length_mm = 87.66873781985404
+big_end_bore_mm = 30.376754625209465
+small_end_bore_mm = 14.415256132072306
+cap_bolt_mm = 5.4678158325377035
+cap_bolt_spacing_mm = 46.85600082312918
+[engine]
+stroke_mm = 56.178845748550565
+bore_mm = 49.223665029692356
+cylinders = 6
+piston_mass_kg = 0.08714289180562998
+gas = "otto"
+compression_ratio = 10.269200703374706
+peak_pressure_bar = 87.98102686084846
+[speed]
+rpm = 6381
+[material]
+preset = "Ti-6Al-4V"
+[mesh]
+size_mm = 12
+[assembly]
+bolt_preload_kN = 10.981482959142626
+"""
