@@ -202,7 +202,7 @@ def test_a_duty_says_the_speeds_and_switches_the_cycle_on(tmp_path):
     assert again.as_dict() == found.as_dict()
     assert again.speeds() == (3000, 6000)
     assert again.material.material() == found.material.material()
-    assert replace(found, duty=None).as_dict()["material"].keys().isdisjoint({"fatigue_strength_exponent"})
+    assert "fatigue_strength_exponent" in replace(found, duty=None).as_dict()["material"]
 
 
 @pytest.mark.parametrize(
