@@ -1,5 +1,6 @@
 # make run    set up what is missing, then analyse the default engine at 6000 rpm with pictures
-# make test   set up what is missing, then run the tests
+# make test   set up what is missing, then run the tests, but for slow ones
+# make test-slow   run the slow ones: long jobs, campaigns, films, cycles of rods in parts
 # make docs   build the manual into docs/_build/html
 # make pages  check syntax, references and spelling of the manual, without running what it shows
 # make lint   style, types and the direction of imports
@@ -14,13 +15,16 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # They start the program some hundred times: it is compiled once, whatever the environment says.
 COMPILED := PYTHONDONTWRITEBYTECODE=
 
-.PHONY: run test lint docs pages setup clean
+.PHONY: run test test-slow lint docs pages setup clean
 
 run: $(VENV)/.run
 	$(BIN)/fea run --rpm 6000 --screenshot
 
 test: $(VENV)/.dev
-	$(ONE_THREAD) $(COMPILED) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
+	$(ONE_THREAD) $(COMPILED) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m "not slow"
+
+test-slow: $(VENV)/.dev
+	$(ONE_THREAD) $(COMPILED) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal -m slow
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check

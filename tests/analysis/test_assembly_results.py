@@ -78,6 +78,7 @@ def rod():
     return prepare(read("[forces]\npin_N = [40e3, 0.0]\n" + ASSEMBLED))
 
 
+@pytest.mark.slow
 def test_nothing_but_bolts_acts_on_the_joint_of_an_assembled_rod(pulled_rod):
     state = pulled_rod.cases[ASSEMBLY].assembly
     assert [bolt.force for bolt in state.bolts] == pytest.approx([PRELOAD, PRELOAD], rel=1e-12)
@@ -193,6 +194,7 @@ def test_what_presses_on_each_seat_integrates_to_its_force(folder):
             assert along == pytest.approx(force, rel=1e-3, abs=1e-9 * PRELOAD), seat
 
 
+@pytest.mark.slow
 def test_half_a_rod_says_the_same_as_a_quarter():
     found = []
     for symmetry in (Symmetry.QUARTER, Symmetry.HALF):

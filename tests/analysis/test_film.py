@@ -32,6 +32,9 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 HEAD = '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n'
 
 

@@ -21,6 +21,9 @@ from fea.study.option_tables import ForcesTable
 from fea.study.speed_tables import SpeedTable
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 RPM = 6000.0
 STUDY = load_study("leon-2001")
 STUDY = replace(STUDY, mesh=replace(STUDY.mesh, size_mm=14.0))

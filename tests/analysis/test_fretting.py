@@ -23,6 +23,9 @@ from fea.output.run_files import write_run
 from fea.study.option_tables import AnalysisTable, MeshTable
 from mesh.tetmesh import TetMesh
 
+pytestmark = pytest.mark.slow
+
+
 SPEED = 6000.0
 
 

@@ -11,6 +11,8 @@ from fea.output.tables import head_clearance_tables
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def summary():

@@ -12,6 +12,8 @@ from fea.judge.history import deviatoric
 from fea.study.flags import Flags
 from fea.study.study import load_study
 
+pytestmark = pytest.mark.slow
+
 
 def test_no_node_of_the_rod_is_worse(monkeypatch):
     rod = analysis(Symmetry.QUARTER, 14.0)

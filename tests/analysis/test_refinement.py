@@ -17,6 +17,8 @@ from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from mesh.tetmesh import MeshError
 
+pytestmark = pytest.mark.slow
+
 
 def study(tolerance, size=None, **options):
     shipped = load_study()

@@ -99,6 +99,7 @@ def test_superposed_amplitudes_are_those_of_contact_solved_at_another_gas_load(r
         assert found == pytest.approx(exact, rel=0.02)
 
 
+@pytest.mark.slow
 def test_responses_are_those_of_whole_runs_with_other_clearances(rod, solved):
     """2 %, at 1.5 deviations, which lies between solved ones; at the big end, where clearances count."""
     own = varied(rod, study=replace(rod.study, scatter=ScatterTable(clearance_um=7.0)))
@@ -193,6 +194,7 @@ def test_places_are_regions_and_bound_the_rod(rod, solved):
     assert not found.conditional
 
 
+@pytest.mark.slow
 def test_a_duty_of_one_speed_has_the_lives_of_that_speed(rod, solved):
     """1 %: the duty has the peaks between the degrees, too."""
     duty = DutyLoads.of(DutyTable((RPM, RPM), hours=(1.0, 3.0)), rod.engine)

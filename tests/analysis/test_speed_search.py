@@ -19,7 +19,7 @@ from fea.study.flags import Flags
 from geometry.surfaces import Surface
 from loads.gas import NoGas
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 SPEEDS = np.linspace(800, 9000, 21)
 

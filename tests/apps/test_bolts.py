@@ -19,6 +19,9 @@ from fea.study.material_table import MaterialTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 SIZE = 20.0  # mm: what is compared is solved on the same mesh
 # Rod, cap and two bolts: pockets, bushing and shells tell nothing of what is tested, and take the most time.
 SHIPPED = load_study("leon-2001-bolted").with_rod(shank_section="rectangular", shank_width_mm=30.0)

@@ -28,6 +28,9 @@ from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh, boundary_facets
 
+pytestmark = pytest.mark.slow
+
+
 MATERIAL = '[material]\npreset = "leon-2001"\n'
 ENGINE = RUNNING + "[speed]\nrpm = 6000\n" + PRESSED
 ROD = """

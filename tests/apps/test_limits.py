@@ -51,6 +51,9 @@ from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 
+pytestmark = pytest.mark.slow
+
+
 STEEL = "forged-steel-2005"
 COARSE = {"size": 14.0, "pressure": "cosine-180"}
 

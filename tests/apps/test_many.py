@@ -23,6 +23,7 @@ def results():
     return analyse_many([webs[0], grams, webs[1]], workers=2, **QUICK)
 
 
+@pytest.mark.slow
 def test_results_stand_in_the_order_of_their_studies(results):
     assert len(results) == 3
     assert [entry.study.rod.dimensions.shank_width for entry in results.succeeded] == [18.0, 12.0]

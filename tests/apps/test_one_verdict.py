@@ -7,6 +7,8 @@ from agreeing import disagreements, random_asked
 
 from fea.output.tables import PEAKS
 
+pytestmark = pytest.mark.slow
+
 
 def asked(seed, size, pressure):
     study = random_asked(seed, size)

@@ -19,6 +19,9 @@ from fea.study.option_tables import OptimiseTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 RPM = 6000.0
 
 

@@ -17,7 +17,7 @@ from fea.output.pictures.picture import is_complete_png
 from fea.study.flags import Flags
 from fea.study.study import load_study
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 # One dimension more than 20 evaluations can decide.
 SEVERAL = [

@@ -8,6 +8,9 @@ from fea.apps.optimise.designs import Design
 from fea.apps.optimise.problem import DesignConstraint
 from fea.apps.optimise.search import LocalModel, search
 
+pytestmark = pytest.mark.slow
+
+
 N, LIMITS = 6, 5
 # What factors of one rod differ by from mesh to mesh, as of rods on meshes of fixed size.
 SCATTER = 5e-3

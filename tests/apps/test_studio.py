@@ -16,6 +16,9 @@ from fea.apps.studio.operating_point import OperatingPoint
 from fea.apps.studio.session import Session, session
 from fea.study.study import load_study
 
+pytestmark = pytest.mark.slow
+
+
 EVENTS = 10_000
 START = {"design": {}, "operation": {}}
 

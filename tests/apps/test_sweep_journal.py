@@ -13,6 +13,9 @@ from fea.apps.sweep.sweep_file import RowState, SweepRow
 from fea.output.folder import StorageError
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 META = {"schema": "fea/sweep/1", "version": "1", "sweep": "abc"}
 
 

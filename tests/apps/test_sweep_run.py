@@ -22,6 +22,9 @@ from fea.apps.sweep.workers import Task, attempt
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 pytest.importorskip("distributed")
 COUNT = 24
 COMPUTE = "cheap_sweep:compute"

@@ -29,6 +29,9 @@ from fea.output.report.sheet import sheet_rows
 from fea.study.changes import TABLES
 from fea.study.tables import keys_of
 
+pytestmark = pytest.mark.slow
+
+
 SHANK = "shank_width"
 
 

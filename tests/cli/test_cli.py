@@ -101,6 +101,7 @@ def test_no_symmetry_gives_the_same_figures(tmp_path):
             assert result[name] == pytest.approx(parts["results"][case][name], rel=2e-5), (case, name)
 
 
+@pytest.mark.slow
 def test_the_published_model_runs_clamped(tmp_path):
     done = fea("run", "leon-2001-as-published", *COARSE, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -190,6 +191,7 @@ def test_python_does_the_same_job(tmp_path, monkeypatch):
     assert (tmp_path / "here" / "summary.json").exists()
 
 
+@pytest.mark.slow
 def test_doctor_examines_the_machine(tmp_path):
     done = fea("doctor", "--json", cwd=tmp_path)
     findings = {finding["what"]: finding for finding in json.loads(done.stdout)}

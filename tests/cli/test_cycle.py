@@ -9,6 +9,8 @@ from printed import flowing, require_brief
 from program import fea
 from studies import PLAIN, PRESSED
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def sweep(tmp_path_factory):

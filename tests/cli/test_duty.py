@@ -7,6 +7,9 @@ from printed import flowing, require_brief
 from program import fea
 from studies import DUTY, LEON, PLAIN, PRESSED
 
+pytestmark = pytest.mark.slow
+
+
 STUDY = DUTY.replace(LEON, PLAIN) + PRESSED + "[mesh]\nsize_mm = 14.0\n"
 
 

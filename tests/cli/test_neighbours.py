@@ -12,6 +12,9 @@ import pytest
 
 from fea.base.version import __version__
 
+pytestmark = pytest.mark.slow
+
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -9,6 +9,9 @@ from fea.output.json_file import governing_file
 from fea.output.pictures.picture import is_complete_png
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
+
 QUICK = (PLAIN[0], "--size", 20, "--pressure", "cosine-180")
 
 

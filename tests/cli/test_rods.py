@@ -12,6 +12,9 @@ from studies import ENGINE, PLAIN, PRESSED
 
 from geometry.presets import PRESETS
 
+pytestmark = pytest.mark.slow
+
+
 LEON_2001 = PRESETS["leon-2001"]
 
 

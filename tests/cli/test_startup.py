@@ -17,6 +17,9 @@ from contextlib import contextmanager
 from fea.apps import run_study as runs
 from fea.rod import discretise
 
+pytestmark = pytest.mark.slow
+
+
 discretise.PER_TOUCHED_BORE = 16  # it is solved sooner
 imported_meanwhile = runs.imported_meanwhile
 

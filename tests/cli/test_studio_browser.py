@@ -7,6 +7,9 @@ import pytest
 from browser import browser, missing
 from studios import end, served
 
+pytestmark = pytest.mark.slow
+
+
 PATIENCE = 120  # seconds: several processes start
 ANSWERED = "feaStudio.current && feaStudio.shown.label === 'converged'"
 WEB = "document.getElementById('in-web_thickness_mm')"

@@ -12,6 +12,9 @@ from program import fea
 from fea.study.documents import template
 from fea.study.study import parse_study
 
+pytestmark = pytest.mark.slow
+
+
 SCHEMA = "fea-study.schema.json"
 
 

@@ -11,7 +11,7 @@ from fea.analysis.summary_figures import FilmFigures
 from fea.apps.result import analyse
 from fea.output.terminal.run import print_runs
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,8 @@ from fea.rod.reading import read_isolated
 from geometry.errors import GeometryError, InvalidValue
 from geometry.presets import PRESETS
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def whole():

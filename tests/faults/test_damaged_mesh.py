@@ -7,6 +7,9 @@ import pytest
 from damage import damaged
 from program import contained
 
+pytestmark = pytest.mark.slow
+
+
 STUDY = '[rod]\nmesh = "rod.{}"\n[material]\npreset = "leon-2001"\n'
 
 

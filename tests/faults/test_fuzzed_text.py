@@ -60,6 +60,7 @@ def refused_or_read(parse, *arguments):
 
 @settings(max_examples=1000)
 @given(damaged(STUDY))
+@pytest.mark.slow
 def test_damaged_studies(tmp_path_factory, text):
     study = refused_or_read(parse_study, text, "damaged", tmp_path_factory.getbasetemp())
     if study is not None:

@@ -15,6 +15,9 @@ from geometry.cad.formats import step_file
 from geometry.presets import PRESETS
 from geometry.session import session
 
+pytestmark = pytest.mark.slow
+
+
 MEBI = 2**20
 
 

@@ -226,6 +226,7 @@ def test_the_remedy_for_a_head_beyond_the_boss_works():
 
 @settings(max_examples=10)
 @given(st.integers(0, 10**6))
+@pytest.mark.slow
 def test_a_random_assembly_is_drawn_or_refused_by_name(seed):
     drawn = random_assembly(seed)
     if isinstance(drawn, InvalidValue):

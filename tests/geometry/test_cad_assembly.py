@@ -16,6 +16,9 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
 
+pytestmark = pytest.mark.slow
+
+
 PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 BUSHED = replace(PLAIN, bushing=1.5)
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)

@@ -34,6 +34,9 @@ from mesh.generate import tetrahedralise
 from mesh.sizing import Sizing
 from mesh.tetmesh import TetMesh
 
+pytestmark = pytest.mark.slow
+
+
 LENGTH = 140.0
 
 

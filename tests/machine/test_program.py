@@ -10,6 +10,9 @@ import pytest
 
 import fea
 
+pytestmark = pytest.mark.slow
+
+
 resource = pytest.importorskip("resource", reason="the shell and the limits of POSIX")
 STUDY = Path(fea.__file__).parent / "studies" / "columba-2022.toml"
 FEA = f"'{sys.executable}' -m fea"

@@ -11,6 +11,8 @@ from geometry.errors import InvalidValue
 from geometry.session import session
 from geometry.signals import ENDS
 
+pytestmark = pytest.mark.slow
+
 
 def test_two_threads_at_once_give_what_one_gives(tmp_path):
     def results(name):

@@ -19,6 +19,9 @@ from mesh.files.given import given_mesh, shells, with_assumed_cap, with_cap
 from mesh.files.reading import crossings, require_closed, stl_surface
 from mesh.tetmesh import MeshError
 
+pytestmark = pytest.mark.slow
+
+
 LEON_2001 = PRESETS["leon-2001"]
 
 BOLTED = replace(

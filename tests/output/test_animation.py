@@ -154,6 +154,7 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path, monkeypatch):
     assert (tmp_path / "cycle.gif").stat().st_size < 3e6
 
 
+@pytest.mark.slow
 def test_without_a_renderer_the_figures_stay(tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "COUNT", 12)
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}

@@ -195,6 +195,7 @@ def started(monkeypatch) -> list[subprocess.Popen]:
     return processes
 
 
+@pytest.mark.slow
 def test_pictures_of_a_block_are_drawn_by_one_process_that_ends_with_it(result, started, monkeypatch):
     with ready_to_draw():
         monkeypatch.setenv("SET_BY_A_LIBRARY", "meanwhile")

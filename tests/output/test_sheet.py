@@ -183,6 +183,7 @@ def test_given_forces_have_a_sheet_without_an_engine(run):
     assert {"Highest speed", "Highest boost", "Bearings"}.isdisjoint({row.title for row in rows})
 
 
+@pytest.mark.slow
 def test_fea_report_writes_the_sheet_alone(run, tmp_path):
     written = run.write(tmp_path / "run")
     done = fea("report", str(written), "--sheet", cwd=tmp_path)

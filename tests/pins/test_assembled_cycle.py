@@ -21,7 +21,7 @@ from fea.study.option_tables import MeshTable
 from fea.study.speed_tables import DutyTable
 from fea.study.study import parse_study
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 SPEED = 6000.0
 # Of the largest pressure: what the unit loads may leave out at any place, and of the bolts' forces.

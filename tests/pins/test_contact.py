@@ -308,6 +308,7 @@ def test_relief_keeps_the_pin_off_the_ends_of_its_bore(quarter, solved):
     assert not any(result.singular_verdict for result in quarter.summary.results.values())
 
 
+@pytest.mark.slow
 def test_the_assumed_relief_keeps_a_stout_pin_off_the_ends():
     """On a relief as deep as an evenly pressed pin bends, the ends carry more than the middle.
 

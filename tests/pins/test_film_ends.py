@@ -27,6 +27,9 @@ from geometry.errors import InvalidValue
 from geometry.rod import proportioned
 from loads.gas import NoGas
 
+pytestmark = pytest.mark.slow
+
+
 E, NU = 206e3, 0.3
 
 

@@ -22,7 +22,7 @@ from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 ROD = replace(SIMPLE, bushing=0.0, oil_hole=0.0)
 BARE = replace(EVERY, bushing_interference_mm=None, shell_thickness_mm=None, shell_interference_mm=None)

@@ -16,7 +16,7 @@ from fea.study.pin_models import PIN_MODELS, PinModelEntry, pin_model
 from geometry.errors import InvalidValue
 from loads import bearing
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 
 @pytest.fixture

@@ -53,6 +53,7 @@ def test_the_energy_estimate_holds_where_the_exact_energy_is_extrapolated():
     assert (ratio < 2).all()
 
 
+@pytest.mark.slow
 def test_the_energy_estimate_holds_on_the_rod():
     least, most = rod_effectivity(10.5, 4.8)
     assert least > 0.9

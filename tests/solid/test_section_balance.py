@@ -18,6 +18,9 @@ from geometry.session import session
 from loads.instants import in_motion
 from mesh.generate import mesh_body
 
+pytestmark = pytest.mark.slow
+
+
 LENGTH, SIDE, DENSITY, FORCE = 100.0, 10.0, 7.8e-9, 2e4
 AREA, INERTIA = SIDE**2, SIDE**4 / 12
 

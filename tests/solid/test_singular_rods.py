@@ -24,6 +24,9 @@ from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 
+pytestmark = pytest.mark.slow
+
+
 RODS = 3
 
 

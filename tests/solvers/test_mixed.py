@@ -30,6 +30,9 @@ from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 from mesh.tetmesh import refined, reflect, unmirrored
 
+pytestmark = pytest.mark.slow
+
+
 RUBBER = Material(6.0, 0.4999, 1.1e-9, 10.0)
 RELIEF = Support.INERTIA_RELIEF
 

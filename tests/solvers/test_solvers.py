@@ -137,6 +137,7 @@ def test_memory_under_a_limit_is_seen():
     assert 0 < float(done.stdout) < 4 * 2**30
 
 
+@pytest.mark.slow
 def test_single_right_hand_sides_are_solved_with_more_threads_than_the_tests_have():
     """Buckling solves for one side at a time; elsewhere the tests keep all libraries in one thread."""
     environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS"), "2")

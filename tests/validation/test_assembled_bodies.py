@@ -20,6 +20,9 @@ from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 from mesh.tetmesh import numbered, separated
 
+pytestmark = pytest.mark.slow
+
+
 MODULI = (STEEL.youngs_modulus, STEEL.poissons_ratio)
 
 

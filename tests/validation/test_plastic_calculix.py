@@ -20,6 +20,7 @@ from geometry.surfaces import Surface
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+@pytest.mark.slow
 def test_a_sphere_widens_as_in_calculix(tmp_path):
     sphere, front = FlowingSphere(3.0), 12.0
     mesh, load = sphere.mesh, sphere_pressure(front)

@@ -10,6 +10,9 @@ from recheck import Told, recheck
 
 from fea import run
 
+pytestmark = pytest.mark.slow
+
+
 # Of the first 24 studies those that the others do not stand for: rods from presets, dimensions and STEP
 # files, with one part and two, of either order and of every symmetry and solver, refused and marked ones.
 SEEDS = (1, 2, 4, 6, 8, 9, 13, 14, 15, 16, 18, 19, 20, 23)

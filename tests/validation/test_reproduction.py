@@ -14,6 +14,7 @@ def tables():
     return reproduce("all")
 
 
+@pytest.mark.slow
 def test_no_printed_figure_is_unexplained(tables):
     assert [row for table in tables for row in table.figures if row.status is Status.UNEXPLAINED] == []
 

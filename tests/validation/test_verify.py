@@ -8,6 +8,9 @@ import pytest
 
 from fea.verify.verify import CASES
 
+pytestmark = pytest.mark.slow
+
+
 # Element size relative to the case's own, and what errors are allowed relative to its tolerances.
 COARSER = {
     "le10": (1.8, 7.0),  # 1.1 % off, of 0.3 % allowed on the fine mesh

@@ -17,7 +17,7 @@ from fea.rod.discretise import moved
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 WEB = "web_thickness_mm"
 

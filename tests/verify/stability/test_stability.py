@@ -10,6 +10,8 @@ from fea.verify.stability.outcome import ExtremeRow, Outcome, judged
 from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def rows():
