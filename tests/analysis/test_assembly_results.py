@@ -39,7 +39,7 @@ from loads.instants import ASSEMBLY
 from loads.instants import given as pulled
 from mesh.tetmesh import FACET_TURN
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 PRELOAD = 30e3
 ROD = (
@@ -78,7 +78,6 @@ def rod():
     return prepare(read("[forces]\npin_N = [40e3, 0.0]\n" + ASSEMBLED))
 
 
-@pytest.mark.slow
 def test_nothing_but_bolts_acts_on_the_joint_of_an_assembled_rod(pulled_rod):
     state = pulled_rod.cases[ASSEMBLY].assembly
     assert [bolt.force for bolt in state.bolts] == pytest.approx([PRELOAD, PRELOAD], rel=1e-12)
@@ -194,7 +193,6 @@ def test_what_presses_on_each_seat_integrates_to_its_force(folder):
             assert along == pytest.approx(force, rel=1e-3, abs=1e-9 * PRELOAD), seat
 
 
-@pytest.mark.slow
 def test_half_a_rod_says_the_same_as_a_quarter():
     found = []
     for symmetry in (Symmetry.QUARTER, Symmetry.HALF):

@@ -23,7 +23,7 @@ from fea.study.speed_tables import DutyTable
 from fea.study.study import Study, load_study, parse_study
 from geometry.errors import InvalidValue
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 SPEEDS, HOURS = (4000.0, 6000.0, 6500.0), (600.0, 350.0, 50.0)
 DUTY = DutyTable(SPEEDS, HOURS)
@@ -169,7 +169,6 @@ def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
     assert set(solved) == {1000.0, *SPEEDS}
 
 
-@pytest.mark.slow
 def test_contact_spans_a_duty_by_few_sums_with_the_life_of_all_unit_loads():
     base, lives, counts = study("molina-2024", duty=DutyTable((12000.0, 13500.0), HOURS[:2])), [], []
     for accuracy in (CycleAccuracy.FAST, CycleAccuracy.EXACT):

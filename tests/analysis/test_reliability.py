@@ -38,7 +38,7 @@ from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from loads.gas import scaled
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 RPM = 6000.0
 TEXT = PLAIN + '[material]\npreset = "forged-steel-2005"\n[mesh]\nsize_mm = 16.0\n[analysis]\ncycle = true\n'
 NONE = ScatterTable(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -99,7 +99,6 @@ def test_superposed_amplitudes_are_those_of_contact_solved_at_another_gas_load(r
         assert found == pytest.approx(exact, rel=0.02)
 
 
-@pytest.mark.slow
 def test_responses_are_those_of_whole_runs_with_other_clearances(rod, solved):
     """2 %, at 1.5 deviations, which lies between solved ones; at the big end, where clearances count."""
     own = varied(rod, study=replace(rod.study, scatter=ScatterTable(clearance_um=7.0)))
@@ -194,7 +193,6 @@ def test_places_are_regions_and_bound_the_rod(rod, solved):
     assert not found.conditional
 
 
-@pytest.mark.slow
 def test_a_duty_of_one_speed_has_the_lives_of_that_speed(rod, solved):
     """1 %: the duty has the peaks between the degrees, too."""
     duty = DutyLoads.of(DutyTable((RPM, RPM), hours=(1.0, 3.0)), rod.engine)

@@ -9,6 +9,8 @@ import pytest
 
 from fea.apps import run_study as runs
 
+pytestmark = pytest.mark.slow
+
 HEAVY = {"skfem", "scipy", "vtkmodules", "pypardiso", "rich", "matplotlib", "PIL"}
 # Notes which modules are there when the first mesh is, and at the end of the run those that came later.
 WATCHED = """
@@ -16,9 +18,6 @@ import sys
 from contextlib import contextmanager
 from fea.apps import run_study as runs
 from fea.rod import discretise
-
-pytestmark = pytest.mark.slow
-
 
 discretise.PER_TOUCHED_BORE = 16  # it is solved sooner
 imported_meanwhile = runs.imported_meanwhile

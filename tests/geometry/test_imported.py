@@ -15,6 +15,8 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
 
+pytestmark = pytest.mark.slow
+
 LEON_2001 = PRESETS["leon-2001"]
 
 CENTER = (12.0, -30.0, 7.0)

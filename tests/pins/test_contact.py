@@ -35,7 +35,7 @@ from loads.instants import given, joined
 from mesh.sizing import PER_TOUCHED_BORE
 from mesh.tetmesh import FACET_EDGES
 
-pytestmark = pytest.mark.usefixtures("coarse_bores")
+pytestmark = [pytest.mark.usefixtures("coarse_bores"), pytest.mark.slow]
 
 SIZE = 14.0
 # No relief to speak of.
@@ -308,7 +308,6 @@ def test_relief_keeps_the_pin_off_the_ends_of_its_bore(quarter, solved):
     assert not any(result.singular_verdict for result in quarter.summary.results.values())
 
 
-@pytest.mark.slow
 def test_the_assumed_relief_keeps_a_stout_pin_off_the_ends():
     """On a relief as deep as an evenly pressed pin bends, the ends carry more than the middle.
 
