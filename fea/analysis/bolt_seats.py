@@ -37,7 +37,7 @@ _NO_SHEAR = 1e-3  # over what friction bears: none
 
 
 @dataclass(frozen=True)
-class BoltSeat:
+class SeatSurface:
     """One seat of a bolt on the whole rod."""
 
     nodes: Ints  #: (k,) its vertices
@@ -63,7 +63,7 @@ class BoltSeat:
         return np.asarray(along - np.einsum("ktm,mn->ktn", rigid, amounts))
 
 
-def seats(mesh: TetMesh, surface: Surface, bolts: tuple[BoltAxis, ...]) -> Iterator[BoltSeat]:
+def seats(mesh: TetMesh, surface: Surface, bolts: tuple[BoltAxis, ...]) -> Iterator[SeatSurface]:
     """Yield the seats of a surface of the whole rod."""
     pressed = Multipliers.of(mesh, surface, uniform(np.zeros(3)))
     nodes, area = pressed.nodes, pressed.weights
@@ -73,7 +73,7 @@ def seats(mesh: TetMesh, surface: Surface, bolts: tuple[BoltAxis, ...]) -> Itera
         mine = group == number
         points = mesh.points[nodes[mine]]
         bolt = bolts[int(np.argmin([axis.beside(points).mean() for axis in axes]))]
-        yield BoltSeat(nodes[mine], points, area[mine], bolt)
+        yield SeatSurface(nodes[mine], points, area[mine], bolt)
 
 
 def sliding(shear: Floats, shift: Floats, bears: Floats) -> tuple[Floats, Floats]:
@@ -126,7 +126,7 @@ def _displaced(rod: PreparedRod, instants: Instants, cycle: CrankCycle, nodes: I
     return np.concatenate(found, axis=2)
 
 
-def _tension(rod: PreparedRod, found: CycleResult, degrees: Ints, seat: BoltSeat) -> Floats:
+def _tension(rod: PreparedRod, found: CycleResult, degrees: Ints, seat: SeatSurface) -> Floats:
     """Largest stress (k, n) along a seat, MPa; NaN near stress singularities."""
     whole = rod.mesh.mirrored
     cell, image = whole.source[seat.nodes], whole.sign[seat.nodes, 1] < 0
@@ -137,7 +137,7 @@ def _tension(rod: PreparedRod, found: CycleResult, degrees: Ints, seat: BoltSeat
 
 
 def _figures(
-    seat: BoltSeat, rubbing: Rubbing, tension: Floats, head: tuple[float, float], angles: Floats
+    seat: SeatSurface, rubbing: Rubbing, tension: Floats, head: tuple[float, float], angles: Floats
 ) -> BoltSeatFigures:
     """The figures of a seat where σ τδ is largest, or τδ where there is no tension; `head`: see `sliding`."""
     reserve, slides = head

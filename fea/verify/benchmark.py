@@ -98,6 +98,8 @@ def benchmark(
 
     def register(compute: Callable[[float], Quantities]) -> Benchmark:
         name, title = compute.__name__.replace("_", "-"), (compute.__doc__ or "").partition("\n")[0]
+        if name in CASES:
+            raise ValueError(f"two benchmark problems are named {name}")
         CASES[name] = Benchmark(name, title.removesuffix("."), source, compute, size, converges)
         return CASES[name]
 

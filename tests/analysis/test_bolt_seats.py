@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.analysis.bolt_seats import BoltSeat, seats, sliding
+from fea.analysis.bolt_seats import SeatSurface, seats, sliding
 from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -34,9 +34,9 @@ def test_a_head_slides_as_a_slider_in_series_with_a_spring():
 def ring():
     """Vertices of the seat under the head, in its plane, with equal areas."""
     angle = 2 * np.pi * np.arange(16) / 16
-    in_plane, across = BoltSeat(np.arange(16), np.zeros((16, 3)), np.ones(16), AXIS).tangents
+    in_plane, across = SeatSurface(np.arange(16), np.zeros((16, 3)), np.ones(16), AXIS).tangents
     points = AXIS.at(AXIS.head) + 6.0 * (np.outer(np.cos(angle), in_plane) + np.outer(np.sin(angle), across))
-    return BoltSeat(np.arange(16), points, np.ones(16), AXIS), np.outer(np.cos(angle), [1, 0]) * 6.0
+    return SeatSurface(np.arange(16), points, np.ones(16), AXIS), np.outer(np.cos(angle), [1, 0]) * 6.0
 
 
 def test_a_rigid_motion_of_the_seat_is_no_slip():

@@ -87,12 +87,12 @@ class Asked:
         if not math.isclose(one, other, rel_tol=within, abs_tol=1e-9):
             self.wrong.append(f"{what}: {one:.7g} is not {other:.7g} within {within:g}")
 
-    def factors(self, one: Found, other: Found, ratio: float = 1.0, within: float = SAME) -> None:
+    def factors(self, one: Found, other: Found, ratio: float = 1.0) -> None:
         """The elastic factors of all load cases agree, once the other's are multiplied."""
         for case, result in one["results"].items():
             their = other["results"][case]
             factor = their["min_safety_factor"] * ratio
-            self.equal(f"factor of {case}", result["min_safety_factor"], factor, within)
+            self.equal(f"factor of {case}", result["min_safety_factor"], factor, SAME)
 
     def overlap(self, one: Found, other: Found) -> None:
         """The factors of all load cases agree within their error bars."""
@@ -210,7 +210,7 @@ def scaled(asked: Asked, draw: Draw) -> None:
     larger["engine"]["piston_mass_kg"] *= scale**3
     larger["speed"]["rpm"] /= scale
     found, other = asked.run("a", tables, "--elastic"), asked.run("b", larger, "--elastic")
-    asked.factors(found, other, within=NEAR)
+    asked.overlap(found, other)  # scaled solids are meshed otherwise
     for case, loads in found["loads"].items():
         asked.equal(case, loads["crank_axial_N"] * scale**2, other["loads"][case]["crank_axial_N"], 2e-3)
     one, two = found["buckling"]["min_safety_factor"], other["buckling"]["min_safety_factor"]
@@ -230,7 +230,7 @@ def forces(asked: Asked, draw: Draw) -> None:
     asked.factors(one, two, 2.0)
     if clamped:
         mirrored = asked.run("c", tables | {"forces": {"pin_N": [axial, -across]}}, "--elastic")
-        asked.factors(one, mirrored, within=1e-5)
+        asked.factors(one, mirrored)
 
 
 def again(asked: Asked, draw: Draw) -> None:
@@ -292,7 +292,8 @@ def overload(asked: Asked, draw: Draw) -> None:
     )
     if max(least) > 1.1 * min(most):
         asked.wrong.append(f"factors of an overload, times their forces: {least} to {most}")
-    if "set_um" in one and "set_um" in two and two["set_um"]["length"] < one["set_um"]["length"] - 0.05:
+    # Bores that are pushed come closer: their distance changes by a negative amount.
+    if "set_um" in one and "set_um" in two and two["set_um"]["length"] > one["set_um"]["length"] + 0.05:
         asked.wrong.append(f"more force, less set: {one['set_um']}, {two['set_um']}")
 
 
