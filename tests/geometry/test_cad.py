@@ -19,6 +19,8 @@ from geometry.imports import MissingCap, RodFile, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 
+pytestmark = pytest.mark.slow
+
 LENGTH, BIG, SMALL, WIDTH = 150.0, 25.0, 11.0, 20.0
 # Of a link: place along it and radius, the largest one between the others.
 HOLES = ((0, 25), (70, 28), (150, 11))

@@ -15,6 +15,8 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
 
+pytestmark = pytest.mark.slow
+
 PLAIN = {"length": 150, "big_end_bore": 52, "small_end_bore": 22, "small_end_ring": 6.5, "big_end_width": 25}
 OPTIONS = {
     "oil hole": {"oil_hole": 4.0},

@@ -21,6 +21,8 @@ from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize(("order", "size"), [(2, 0.5), (2, 0.3), (2, 0.2), (1, 0.3), (1, 0.2)])
@@ -53,7 +55,6 @@ def test_the_energy_estimate_holds_where_the_exact_energy_is_extrapolated():
     assert (ratio < 2).all()
 
 
-@pytest.mark.slow
 def test_the_energy_estimate_holds_on_the_rod():
     least, most = rod_effectivity(10.5, 4.8)
     assert least > 0.9
