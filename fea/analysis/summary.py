@@ -29,7 +29,8 @@ from fea.analysis.figures import (
     plain,
 )
 from fea.analysis.fretting_figures import FrettingFigures
-from fea.analysis.hand_calculation import hand_calculation, head_clearance
+from fea.analysis.hand_calculation import hand_calculation
+from fea.analysis.head_clearance import head_clearance
 from fea.analysis.life_figures import BenchFigures, CycleFigures
 from fea.analysis.overload_figures import OverloadFigures
 from fea.analysis.pipeline import RefinedRod

@@ -103,30 +103,35 @@ def fretting_in_full(summary: Summary) -> Iterator[str]:
     yield from (_under(name, seat) for name, seat in (found.bolt_seats or {}).items())
 
 
-_PLACES = (
-    TableColumn("part", "", "part", words=True),
+_WHERE = (
     TableColumn("at x, y, z", "mm", "at_mm", coordinates),
     TableColumn("crank angle", "°", "crank_deg", ".0f"),
     TableColumn("slip", "µm", "slip_um", ".3g"),
-    TableColumn("pressure", "MPa", "pressure_MPa", ".0f"),
-    TableColumn("shear", "MPa", "shear_MPa", ".1f"),
-    TableColumn("tension", "MPa", "tension_MPa", ".0f"),
-    TableColumn("energy", "mJ/mm²", "energy_mJ", ".2g"),
+)
+_PRESSURE = TableColumn("pressure", "MPa", "pressure_MPa", ".0f")
+_TENSION = TableColumn("tension", "MPa", "tension_MPa", ".0f")
+_RUIZ = (
     TableColumn("τδ", "N/mm", "ruiz_1", ".2g"),
     TableColumn("σ τδ", "MPa²·mm", "ruiz_2", ".3g"),
+)
+_PLACES = (
+    TableColumn("part", "", "part", words=True),
+    *_WHERE,
+    _PRESSURE,
+    TableColumn("shear", "MPa", "shear_MPa", ".1f"),
+    _TENSION,
+    TableColumn("energy", "mJ/mm²", "energy_mJ", ".2g"),
+    *_RUIZ,
     TableColumn("Crossland", "", "factor", factor),
     TableColumn("over", "mm", "averaged_mm", ".1f"),
 )
 _BOLT_SEATS = (
-    TableColumn("at x, y, z", "mm", "at_mm", coordinates),
-    TableColumn("crank angle", "°", "crank_deg", ".0f"),
-    TableColumn("slip", "µm", "slip_um", ".3g"),
+    *_WHERE,
     TableColumn("of which slides", "µm", "slides_um", ".3g"),
     TableColumn("friction bears", "times", "reserve", ".3g"),
-    TableColumn("pressure", "MPa", "pressure_MPa", ".0f"),
-    TableColumn("tension", "MPa", "tension_MPa", ".0f"),
-    TableColumn("τδ", "N/mm", "ruiz_1", ".2g"),
-    TableColumn("σ τδ", "MPa²·mm", "ruiz_2", ".3g"),
+    _PRESSURE,
+    _TENSION,
+    *_RUIZ,
 )
 _CHANGES = (
     TableColumn("largest slip", "µm", "slip_um", ".3g"),

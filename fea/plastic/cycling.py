@@ -15,7 +15,6 @@ import numpy as np
 
 from fea.plastic.increment import ElasticBody, FlowState, NoEquilibriumError, at_rest, increment
 from fea.plastic.zone import Zone, equivalent_strain
-from fea.solid.stress import von_mises
 from geometry.arrays import Floats
 
 MOST_TURNS = 60
@@ -133,7 +132,7 @@ class _Walk:
 
 def _beyond(zone: Zone, deviatoric: Floats) -> float:
     """Return by how much stress exceeds the yield strength, relative to it."""
-    return float((von_mises(deviatoric) / zone.strength).max(initial=0.0)) - 1
+    return float(zone.used(deviatoric).max(initial=0.0)) - 1
 
 
 def cycled(

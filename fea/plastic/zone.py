@@ -119,7 +119,11 @@ class Zone:
 
     def usage(self, u: Floats, plastic: Floats) -> Floats:
         """Von Mises stress over yield strength (n_elements, n_points)."""
-        return von_mises(self.trial(u, plastic)) / self.strength
+        return self.used(self.trial(u, plastic))
+
+    def used(self, deviatoric: Floats) -> Floats:
+        """Von Mises stress (n_elements, n_points) of a deviatoric stress, over yield strength."""
+        return von_mises(deviatoric) / self.strength
 
     def returned(self, deviatoric: Floats, plastic: Floats) -> Floats:
         """Plastic strain after the radial return at a deviatoric strain, from that before."""

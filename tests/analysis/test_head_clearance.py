@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fea.analysis.hand_calculation import stretch
+from fea.analysis.head_clearance import stretch
 from fea.apps.result import analyse
 from fea.output.tables import head_clearance_tables
 from fea.study.study import load_study

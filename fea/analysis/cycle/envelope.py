@@ -43,7 +43,7 @@ class Envelope:
     mean: Floats
     amplitude: Floats
     ratio: Floats
-    safety_factor: Floats  #: against yielding, at most `fea.judge.case_error.CAP`
+    safety_factor: Floats  #: against yielding, at most `fea.judge.verdict.CAP`
     #: usage, usage_angle: largest von Mises stress over yield strength, 0 in linings; its crank angle, rad
     usage: Floats
     usage_angle: Floats

@@ -54,15 +54,23 @@ def _held(
     at = f"At {rpm:.0f} rpm and {found.engine.peak(rpm, scale) / BAR:.0f} bar peak"
     text = [f"{at}: {line[0].lower()}{line[1:]}" for line in (*given_flaw(summary), *fretting(summary))]
     required, ends = found.rod.options.min_safety or 1.0, (safe.least, safe.high)
-    if min(flaw_factors(result.defect), default=CAP) >= required:
+    factors = {safe.high: _least(result)}
+    if factors[safe.high] >= required:
         return text, safe.high
 
     def level(x: float) -> float:
-        return log(min(flaw_factors(_run(found, *point(x))[1].defect), default=CAP) / required)
+        if x not in factors:
+            factors[x] = _least(_run(found, *point(x))[1])
+        return log(factors[x] / required)
 
     edge = root(level, [safe.high], -0.5, ends, _WITHIN)
     held = "nowhere below that" if edge is None else f"up to about {edge.x / unit[1]:.0f} {unit[0]}"
     return [*text, f"With the flaw the rod holds {held}."], None if edge is None else edge.x
+
+
+def _least(result: SpeedResult) -> float:
+    """Return the factor of the flaw; the largest that is given where it does not count."""
+    return float(min(flaw_factors(result.defect), default=CAP))
 
 
 def _run(found: RodLimits, rpm: float, scale: float) -> tuple[PreparedRod, SpeedResult]:
